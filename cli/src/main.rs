@@ -1,0 +1,3 @@
+//! The `breccia` command.
+
+fn main() {}

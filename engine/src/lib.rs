@@ -1,0 +1,16 @@
+//! A data-flow node graph engine that knows no texture.
+//!
+//! Node types describe themselves ([`NodeSpec`]) and compute ([`Node::run`]); values flow between them
+//! type-erased ([`Value`]).
+
+mod export;
+mod node;
+mod registry;
+mod spec;
+mod value;
+
+pub use export::{Exporter, Sink};
+pub use node::{CancelToken, Context, Node, NodeError};
+pub use registry::{NodeType, Registry};
+pub use spec::{Arity, NodeSpec, ParamKind, ParamSpec, ParamValue, Placement, SocketSpec};
+pub use value::{Data, Digest, TypeInfo, Value};

@@ -1,0 +1,1 @@
+//! The presets of Breccia and the exemplars and meshes they use, embedded in the binary.

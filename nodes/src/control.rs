@@ -1,0 +1,44 @@
+//! How a long computation hears of cancellation and reports progress, without knowing who asks.
+
+/// Cancellation and progress of a long computation. `()` never cancels and reports to nobody.
+pub trait Control: Sync {
+    /// Whether the computation should stop; asked at least every 50 ms of work.
+    fn is_cancelled(&self) -> bool {
+        false
+    }
+
+    /// Reports the fraction done, 0 to 1.
+    fn progress(&self, fraction: f32) {
+        let _ = fraction;
+    }
+}
+
+impl Control for () {}
+
+impl Control for breccia_engine::Context<'_> {
+    fn is_cancelled(&self) -> bool {
+        breccia_engine::Context::is_cancelled(self)
+    }
+    fn progress(&self, fraction: f32) {
+        breccia_engine::Context::progress(self, fraction);
+    }
+}
+
+/// The computation was cancelled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;
+
+impl From<Cancelled> for breccia_engine::NodeError {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+/// Stops with [`Cancelled`] if `control` asks for it.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn check(control: &dyn Control) -> Result<(), Cancelled> {
+    if control.is_cancelled() { Err(Cancelled) } else { Ok(()) }
+}

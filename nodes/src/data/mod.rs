@@ -1,0 +1,33 @@
+//! The data types that flow between nodes.
+
+mod codec;
+mod image;
+mod mesh;
+mod report;
+mod samples;
+mod solid;
+mod volume;
+mod voxels;
+
+pub use codec::{Reader, Writer};
+pub use image::{Image, ImageError, linear_to_srgb, srgb_to_linear};
+pub use mesh::Mesh;
+pub use report::Report;
+pub use samples::{Map, MapInfo, SampleType, Samples};
+pub use solid::{Extent, Solid, SolidError, SolidValue};
+pub use volume::Volume;
+pub use voxels::{BRICK, BRICK_VOXELS, VoxelMap, VoxelSet, brick_of, local_index};
+
+use breccia_engine::TypeInfo;
+
+/// The socket types of this crate's common data types.
+pub fn types() -> Vec<TypeInfo> {
+    vec![
+        TypeInfo::of::<Image>(),
+        TypeInfo::of::<Volume>(),
+        TypeInfo::of::<VoxelSet>(),
+        TypeInfo::of::<Mesh>(),
+        TypeInfo::of::<SolidValue>(),
+        TypeInfo::of::<Report>(),
+    ]
+}

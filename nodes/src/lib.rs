@@ -1,0 +1,36 @@
+//! Solid textures: data types, synthesis algorithms as plain functions, and the nodes that expose them.
+//!
+//! One folder is one family. In it, algorithm files hold plain functions on plain data without an
+//! engine type in sight; a node file is the thin declaration that wires sockets and parameters to one of them.
+
+pub mod control;
+pub mod data;
+pub mod exemplar;
+pub mod io;
+pub mod lazy;
+pub mod measure;
+pub mod mesh;
+pub mod render;
+pub mod solid;
+
+use breccia_engine::Registry;
+
+/// A registry with every node, socket type and exporter of this crate.
+pub fn registry() -> Registry {
+    let mut registry = Registry::default();
+    registry.add_types(data::types());
+    for nodes in [
+        io::nodes(),
+        exemplar::nodes(),
+        lazy::nodes(),
+        solid::nodes(),
+        mesh::nodes(),
+        measure::nodes(),
+        render::nodes(),
+    ] {
+        registry.add_nodes(nodes);
+    }
+    registry.add_exporters(io::exporters());
+    registry.add_exporters(mesh::exporters());
+    registry
+}

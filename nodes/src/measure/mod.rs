@@ -1,0 +1,8 @@
+//! Measures of a solid against its exemplar.
+
+use breccia_engine::Node;
+
+/// The nodes of this family.
+pub fn nodes() -> Vec<Box<dyn Node>> {
+    Vec::new()
+}

@@ -1,0 +1,13 @@
+//! Meshes: reading, writing, unwrapping, cutting, baking.
+
+use breccia_engine::{Exporter, Node};
+
+/// The nodes of this family.
+pub fn nodes() -> Vec<Box<dyn Node>> {
+    Vec::new()
+}
+
+/// The exporters of this family.
+pub fn exporters() -> Vec<Exporter> {
+    Vec::new()
+}
