@@ -19,6 +19,7 @@ use breccia_engine::Registry;
 pub fn registry() -> Registry {
     let mut registry = Registry::default();
     registry.add_types(data::types());
+    registry.add_types(lazy::types());
     for nodes in [
         io::nodes(),
         exemplar::nodes(),

@@ -29,5 +29,6 @@ pub fn types() -> Vec<TypeInfo> {
         TypeInfo::of::<Mesh>(),
         TypeInfo::of::<SolidValue>(),
         TypeInfo::of::<Report>(),
+        TypeInfo::of::<crate::exemplar::Exemplar>(),
     ]
 }

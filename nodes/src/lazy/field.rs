@@ -1,0 +1,230 @@
+//! The state of one level over a sparse set of voxels, and the steps that change it.
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::domain::Domain;
+use super::initial::Initial;
+use super::isa::Isa;
+use super::kernel::{SIDE, Weights, Window, correct, one_color};
+use super::pyramid::Pixel;
+use super::schedule::ColorRule;
+use super::tables::LevelTables;
+use crate::control::{Cancelled, Control, check};
+use crate::data::{BRICK_VOXELS, VoxelSet};
+
+/// The state of one brick; entries of voxels outside the set hold no meaning.
+#[derive(Clone)]
+pub(super) struct Brick {
+    /// The pixel in each direction's exemplar.
+    pub pixels: [[Pixel; BRICK_VOXELS]; 3],
+    /// Colour and feature, little-endian RGBF.
+    pub color: [u32; BRICK_VOXELS],
+}
+
+impl Brick {
+    pub fn empty() -> Self {
+        Self { pixels: [[0; BRICK_VOXELS]; 3], color: [0; BRICK_VOXELS] }
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, at: usize, pixels: [Pixel; 3], level: &LevelTables, rule: ColorRule) {
+        let colors = std::array::from_fn(|e| {
+            let view = &level.view(e).view;
+            view.texels[view.index(pixels[e])]
+        });
+        (0..3).for_each(|e| self.pixels[e][at] = pixels[e]);
+        self.color[at] = u32::from_le_bytes(one_color(rule, colors).0);
+    }
+
+    /// Takes over the voxels of a mask from another brick.
+    pub fn copy_masked(&mut self, from: &Self, mask: &[u64; 8]) {
+        for at in bits(mask) {
+            (0..3).for_each(|e| self.pixels[e][at] = from.pixels[e][at]);
+            self.color[at] = from.color[at];
+        }
+    }
+}
+
+/// The indices of a mask's voxels.
+pub(super) fn bits(mask: &[u64; 8]) -> impl Iterator<Item = usize> + '_ {
+    mask.iter().enumerate().flat_map(|(z, &word)| {
+        let mut left = word;
+        std::iter::from_fn(move || {
+            (left != 0).then(|| {
+                let i = left.trailing_zeros() as usize;
+                left &= left - 1;
+                z * 64 + i
+            })
+        })
+    })
+}
+
+/// The state of one level over a sparse set of voxels.
+pub(super) struct Field {
+    slots: FxHashMap<[i32; 3], u32>,
+    keys: Vec<[i32; 3]>,
+    bricks: Vec<Brick>,
+}
+
+impl Field {
+    fn build(
+        set: &VoxelSet,
+        control: &dyn Control,
+        make: impl Fn([i32; 3], &[u64; 8]) -> Brick + Sync,
+    ) -> Result<Self, Cancelled> {
+        let keys = set.bricks();
+        let bricks = keys
+            .par_iter()
+            .map(|&key| {
+                check(control)?;
+                Ok(make(key, set.mask(key).unwrap_or(&[0; 8])))
+            })
+            .collect::<Result<_, Cancelled>>()?;
+        Ok(Self::of(keys, bricks))
+    }
+
+    /// A field from its bricks.
+    pub fn of(keys: Vec<[i32; 3]>, bricks: Vec<Brick>) -> Self {
+        let slots = keys.iter().zip(0..).map(|(&key, slot)| (key, slot)).collect();
+        Self { slots, keys, bricks }
+    }
+
+    /// Bricks with their positions.
+    pub fn bricks(&self) -> impl Iterator<Item = ([i32; 3], &Brick)> {
+        self.keys.iter().copied().zip(&self.bricks)
+    }
+
+    /// The brick at a position.
+    pub fn brick(&self, key: [i32; 3]) -> Option<&Brick> {
+        self.slots.get(&key).map(|&slot| &self.bricks[slot as usize])
+    }
+
+    /// The start level before its first correction.
+    pub fn start(
+        set: &VoxelSet,
+        initial: &Initial,
+        seed: u64,
+        domain: &Domain,
+        level: &LevelTables,
+        rule: ColorRule,
+        control: &dyn Control,
+    ) -> Result<Self, Cancelled> {
+        let views = std::array::from_fn(|e| &level.view(e).view);
+        Self::build(set, control, |key, mask| {
+            let moved = initial.jitter.map(|jitter| jitter.displacements(seed, domain, key));
+            let mut brick = Brick::empty();
+            for at in bits(mask) {
+                let mut voxel = voxel_at(key, at);
+                if let Some(moved) = &moved {
+                    (0..3).for_each(|i| voxel[i] = voxel[i].wrapping_add(moved[at][i]));
+                }
+                brick.set(at, initial.triple(seed, voxel, views), level, rule);
+            }
+            brick
+        })
+    }
+
+    /// A level before its first correction, from the finished next coarser one: every voxel inherits its parent's
+    /// pixels, doubled, at its own place among the eight children (Dong et al. 2008, section 5.1, Upsampling).
+    pub fn upsample(
+        set: &VoxelSet,
+        coarse: &Self,
+        level: &LevelTables,
+        rule: ColorRule,
+        control: &dyn Control,
+    ) -> Result<Self, Cancelled> {
+        Self::build(set, control, |key, mask| {
+            let mut brick = Brick::empty();
+            let Some(parents) = coarse.brick(key.map(|c| c >> 1)) else { return brick };
+            for at in bits(mask) {
+                let voxel = voxel_at(key, at);
+                let from = crate::data::local_index(voxel.map(|c| c >> 1));
+                let pixels = std::array::from_fn(|e| {
+                    let parent = parents.pixels[e][from];
+                    let (x, y) = (i32::from(parent & 255), i32::from(parent >> 8));
+                    let (u, v) = (voxel[(e + 1) % 3] & 1, voxel[(e + 2) % 3] & 1);
+                    level.view(e).view.pixel(2 * x + u, 2 * y + v)
+                });
+                brick.set(at, pixels, level, rule);
+            }
+            brick
+        })
+    }
+
+    /// One sub-pass over the voxels of `set`; returns the sum of their costs.
+    pub fn correct(
+        &mut self,
+        set: &VoxelSet,
+        domain: &Domain,
+        level: &LevelTables,
+        weights: Weights,
+        rule: ColorRule,
+        isa: Isa,
+        control: &dyn Control,
+    ) -> Result<i64, Cancelled> {
+        let keys = set.bricks();
+        let results = keys
+            .par_iter()
+            .map_init(Window::default, |window, &key| {
+                check(control)?;
+                let Some(mask) = set.mask(key) else { return Ok(None) };
+                let Some(&slot) = self.slots.get(&key) else { return Ok(None) };
+                self.fill_window(window, domain, key);
+                let mut brick = self.bricks[slot as usize].clone();
+                let mut cost = 0i64;
+                correct(isa, level, weights, window, mask, &mut |at, corrected| {
+                    brick.set(at, corrected.pixels, level, rule);
+                    cost += i64::from(corrected.cost);
+                });
+                Ok(Some((slot, brick, cost)))
+            })
+            .collect::<Result<Vec<_>, Cancelled>>()?;
+        let mut total = 0;
+        for (slot, brick, cost) in results.into_iter().flatten() {
+            self.bricks[slot as usize] = brick;
+            total += cost;
+        }
+        Ok(total)
+    }
+
+    /// Gathers the state around a brick.
+    fn fill_window(&self, window: &mut Window, domain: &Domain, key: [i32; 3]) {
+        let at = |axis: usize| -> [i32; SIDE] {
+            std::array::from_fn(|i| domain.wrap(axis, key[axis] * 8 + i as i32 - 2))
+        };
+        let [xs, ys, zs] = [at(0), at(1), at(2)];
+        let nothing = Brick::empty;
+        let mut absent = None;
+        // The bricks along x that the twelve columns lie in; rarely more than three.
+        let mut columns: Vec<i32> = xs.iter().map(|x| x >> 3).collect();
+        columns.dedup();
+        let mut to = 0;
+        for z in zs {
+            for y in ys {
+                let row = ((z & 7) << 6 | (y & 7) << 3) as usize;
+                let mut i = 0;
+                for &bx in &columns {
+                    let brick = match self.brick([bx, y >> 3, z >> 3]) {
+                        Some(brick) => brick,
+                        None => absent.get_or_insert_with(nothing),
+                    };
+                    while i < SIDE && xs[i] >> 3 == bx {
+                        let from = row | (xs[i] & 7) as usize;
+                        window.color[to] = brick.color[from];
+                        window.pixels[0][to] = brick.pixels[0][from];
+                        window.pixels[1][to] = brick.pixels[1][from];
+                        window.pixels[2][to] = brick.pixels[2][from];
+                        to += 1;
+                        i += 1;
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn voxel_at(key: [i32; 3], at: usize) -> [i32; 3] {
+    let local = [at & 7, at >> 3 & 7, at >> 6];
+    std::array::from_fn(|i| key[i] * 8 + local[i] as i32)
+}

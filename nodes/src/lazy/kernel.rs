@@ -1,0 +1,282 @@
+//! The correction of the voxels of one brick (Dong et al. 2008, section 5.1, Correction).
+//!
+//! Each direction is matched by its own 2D descriptors: the 2D candidates of the neighbours give the best pixel a
+//! direction, then triples are compared: those kept at the three best pixels, and the triple of the three. The cost
+//! of a triple is, over its directions, the descriptor distance (raised by κ where the pixel continues no
+//! neighbour) plus the pixel's usage weight, plus λ times the crossbar error. Ties go to the triple tried first.
+
+use super::isa::{Isa, Operations, Portable};
+use super::pyramid::{N, Pixel, RADIUS};
+use super::schedule::ColorRule;
+use super::tables::{LevelTables, ViewTables};
+
+/// Voxels along a window's edge: a brick and two voxels on each side.
+pub(super) const SIDE: usize = 12;
+const STRIDE: [i32; 3] = [1, SIDE as i32, (SIDE * SIDE) as i32];
+
+/// The state around a brick before a sub-pass.
+pub(super) struct Window {
+    /// Colours and feature, little-endian RGBF.
+    pub color: [u32; SIDE * SIDE * SIDE],
+    /// The pixel in each direction's exemplar.
+    pub pixels: [[Pixel; SIDE * SIDE * SIDE]; 3],
+}
+
+impl Default for Window {
+    fn default() -> Self {
+        Self { color: [0; 1728], pixels: [[0; 1728]; 3] }
+    }
+}
+
+/// The weights of a cost, in 256ths.
+#[derive(Clone, Copy)]
+pub(super) struct Weights {
+    pub similar: usize,
+    pub triples: usize,
+    /// 256 (1 + κ).
+    pub incoherent: i32,
+    /// 256 λ.
+    pub crossbar: u64,
+}
+
+/// The result for one voxel.
+pub(super) struct Corrected {
+    pub pixels: [Pixel; 3],
+    pub cost: i32,
+}
+
+/// Offsets in a window to the pixels of a neighbourhood of a direction, row by row.
+const fn offsets(direction: usize) -> [i32; N * N] {
+    let (u, v) = (STRIDE[(direction + 1) % 3], STRIDE[(direction + 2) % 3]);
+    let mut out = [0; N * N];
+    let mut k = 0;
+    while k < N * N {
+        out[k] = (k as i32 % 5 - RADIUS) * u + (k as i32 / 5 - RADIUS) * v;
+        k += 1;
+    }
+    out
+}
+
+const OFFSETS: [[i32; N * N]; 3] = [offsets(0), offsets(1), offsets(2)];
+
+/// Corrects the voxels of `mask` (bits x + 8 y of word z) and hands each to `store` with its index in the brick.
+pub(super) fn correct(
+    isa: Isa,
+    level: &LevelTables,
+    weights: Weights,
+    window: &Window,
+    mask: &[u64; 8],
+    store: &mut dyn FnMut(usize, Corrected),
+) {
+    match isa {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: `isa` comes from `isa::available`.
+        Isa::Avx512 => unsafe { correct_avx512(level, weights, window, mask, store) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: as above.
+        Isa::Avx2 => unsafe { correct_avx2(level, weights, window, mask, store) },
+        // SAFETY: the portable operations need nothing.
+        _ => unsafe { correct_with::<Portable>(level, weights, window, mask, store) },
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+unsafe fn correct_avx2(
+    level: &LevelTables,
+    weights: Weights,
+    window: &Window,
+    mask: &[u64; 8],
+    store: &mut dyn FnMut(usize, Corrected),
+) {
+    // SAFETY: the caller's promise.
+    unsafe { correct_with::<super::isa::Avx2>(level, weights, window, mask, store) }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512bw,avx512vl,avx512vnni")]
+unsafe fn correct_avx512(
+    level: &LevelTables,
+    weights: Weights,
+    window: &Window,
+    mask: &[u64; 8],
+    store: &mut dyn FnMut(usize, Corrected),
+) {
+    // SAFETY: the caller's promise.
+    unsafe { correct_with::<super::isa::Avx512>(level, weights, window, mask, store) }
+}
+
+#[inline(always)]
+unsafe fn correct_with<O: Operations>(
+    level: &LevelTables,
+    weights: Weights,
+    window: &Window,
+    mask: &[u64; 8],
+    store: &mut dyn FnMut(usize, Corrected),
+) {
+    for (z, &word) in mask.iter().enumerate() {
+        let mut bits = word;
+        while bits != 0 {
+            let i = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let at = (z + 2) * 144 + (i / 8 + 2) * 12 + i % 8 + 2;
+            // SAFETY: `at` is a voxel of the brick, so its neighbourhood lies in the window.
+            store(z * 64 + i, unsafe { correct_voxel::<O>(level, weights, window, at) });
+        }
+    }
+}
+
+/// What one direction knows of a voxel.
+#[derive(Clone, Copy)]
+struct Direction {
+    descriptor: [u8; 16],
+    /// The pixels that continue a neighbour, filled up with the first.
+    continuing: [Pixel; 16],
+    best: Pixel,
+    best_cost: i32,
+}
+
+#[inline(always)]
+unsafe fn correct_voxel<O: Operations>(
+    level: &LevelTables,
+    weights: Weights,
+    window: &Window,
+    at: usize,
+) -> Corrected {
+    let directions: [Direction; 3] =
+        // SAFETY: the caller's promise.
+        std::array::from_fn(|e| unsafe { search_2d::<O>(level.view(e), weights, window, at, e) });
+    let views = [level.view(0), level.view(1), level.view(2)];
+    let bests = [directions[0].best, directions[1].best, directions[2].best];
+    let mut found = Corrected {
+        pixels: bests,
+        cost: directions.iter().map(|d| d.best_cost).sum::<i32>()
+            + weigh(crossbar(views, bests), level, weights),
+    };
+    for e in 0..3 {
+        let (next, last) = ((e + 1) % 3, (e + 2) % 3);
+        let own = &directions[e];
+        for triple in &views[e].triples[views[e].view.index(own.best)][..weights.triples] {
+            let mut cost = own.best_cost + weigh(triple.crossbar, level, weights);
+            if cost >= found.cost {
+                continue;
+            }
+            // SAFETY: the caller's promise.
+            cost += unsafe { pixel_cost::<O>(views[next], &directions[next], weights, triple.next) };
+            if cost >= found.cost {
+                continue;
+            }
+            // SAFETY: the caller's promise.
+            cost += unsafe { pixel_cost::<O>(views[last], &directions[last], weights, triple.last) };
+            if cost < found.cost {
+                found.cost = cost;
+                found.pixels[e] = own.best;
+                found.pixels[next] = triple.next;
+                found.pixels[last] = triple.last;
+            }
+        }
+    }
+    found
+}
+
+/// A crossbar error in the units of descriptor distances, weighted.
+#[inline(always)]
+fn weigh(crossbar: u32, level: &LevelTables, weights: Weights) -> i32 {
+    // At most 3.9 million · 2^16 · 2^12 before the shift, and at most 2^29 after.
+    ((u64::from(crossbar) * u64::from(level.scale) * weights.crossbar) >> 24).min(1 << 29) as i32
+}
+
+/// The first step: the best pixel of one direction among the 2D candidates of the neighbours.
+#[inline(always)]
+unsafe fn search_2d<O: Operations>(
+    tables: &ViewTables,
+    weights: Weights,
+    window: &Window,
+    at: usize,
+    direction: usize,
+) -> Direction {
+    let (u, v) = (STRIDE[(direction + 1) % 3], STRIDE[(direction + 2) % 3]);
+    // SAFETY: the caller's promise.
+    let descriptor = unsafe { O::project(&tables.basis, &window.color, at, &OFFSETS[direction]) };
+    let mut continuing = [0; 16];
+    let mut count = 0;
+    for dv in -1..=1 {
+        for du in -1..=1 {
+            let neighbour = window.pixels[direction][at.wrapping_add_signed((du * u + dv * v) as isize)];
+            let pixel = tables.view.shifted(neighbour, -du, -dv);
+            // Neighbours in one patch all lead to the same pixel.
+            if !continuing[..count].contains(&pixel) {
+                continuing[count] = pixel;
+                count += 1;
+            }
+        }
+    }
+    let first = continuing[0];
+    continuing[count..].fill(first);
+    let mut found = Direction { descriptor, continuing, best: first, best_cost: i32::MAX };
+    for k in 0..count {
+        let pixel = continuing[k];
+        let index = tables.view.index(pixel);
+        // SAFETY: the caller's promise.
+        let cost = unsafe { O::distance(&descriptor, &tables.descriptors[index]) } + tables.usage[index];
+        if cost < found.best_cost {
+            found.best_cost = cost;
+            found.best = pixel;
+        }
+        for &other in &tables.similar[index][1..weights.similar] {
+            // SAFETY: the caller's promise.
+            let cost = unsafe { pixel_cost::<O>(tables, &found, weights, other) };
+            if cost < found.best_cost {
+                found.best_cost = cost;
+                found.best = other;
+            }
+        }
+    }
+    found
+}
+
+/// Distance, coherence and usage of one pixel in one direction.
+#[inline(always)]
+unsafe fn pixel_cost<O: Operations>(
+    tables: &ViewTables,
+    direction: &Direction,
+    weights: Weights,
+    pixel: Pixel,
+) -> i32 {
+    let index = tables.view.index(pixel);
+    // SAFETY: the caller's promise.
+    let distance = unsafe { O::distance(&direction.descriptor, &tables.descriptors[index]) };
+    let continues = direction.continuing.iter().fold(false, |any, &p| any | (p == pixel));
+    let factor = if continues { 256 } else { weights.incoherent };
+    ((distance * factor) >> 8) + tables.usage[index]
+}
+
+/// The squared colour differences along the three lines where the neighbourhoods of a triple meet.
+#[inline(always)]
+fn crossbar(views: [&ViewTables; 3], pixels: [Pixel; 3]) -> u32 {
+    let mut sum = 0i32;
+    for e in 0..3 {
+        let next = (e + 1) % 3;
+        let a = &views[e].columns[views[e].view.index(pixels[e])];
+        let b = &views[next].rows[views[next].view.index(pixels[next])];
+        for (a, b) in a.iter().zip(b) {
+            let difference = i32::from(i16::from(*a) - i16::from(*b));
+            sum += difference * difference;
+        }
+    }
+    sum as u32
+}
+
+/// One colour of three, and which: the mean has no direction of its own and gives 0.
+#[inline(always)]
+pub(super) fn one_color(rule: ColorRule, colors: [[u8; 4]; 3]) -> ([u8; 4], usize) {
+    let sum: [i32; 4] = std::array::from_fn(|c| colors.iter().map(|color| i32::from(color[c])).sum());
+    let apart = |color: [u8; 4]| -> i32 { (0..4).map(|c| (3 * i32::from(color[c]) - sum[c]).pow(2)).sum() };
+    let gaps = colors.map(apart);
+    let nearest = if gaps[1] < gaps[0] { 1 } else { 0 };
+    let nearest = if gaps[2] < gaps[nearest] { 2 } else { nearest };
+    match rule {
+        ColorRule::Nearest => (colors[nearest], nearest),
+        ColorRule::Mean => (sum.map(|s| ((s + 1) / 3) as u8), nearest),
+    }
+}

@@ -1,0 +1,374 @@
+//! The lazily synthesised solid: it computes the voxels asked for and those they depend on, nothing else.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use breccia_engine::Digest;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::dependency::{dependency, parents};
+use super::domain::Domain;
+use super::field::{Brick, Field, bits};
+use super::initial::Initial;
+use super::isa::{Isa, available};
+use super::kernel::{Weights, one_color};
+use super::per_level;
+use super::schedule::{ColorRule, Settings};
+use super::tables::Tables;
+use crate::control::{Cancelled, Control, check};
+use crate::data::{BRICK_VOXELS, Extent, Map, MapInfo, Samples, Solid, SolidError, VoxelMap, VoxelSet};
+
+/// Finished bricks of all levels are kept up to this many (5 kB each), so that neighbouring requests share work.
+const CACHED_BRICKS: usize = 24_000;
+
+/// A solid texture synthesised on demand (Dong et al. 2008, section 5).
+pub struct LazySolid {
+    tables: Arc<Tables>,
+    initial: Initial,
+    settings: Settings,
+    isa: Isa,
+    digest: Digest,
+    cache: Mutex<Vec<Cache>>,
+}
+
+/// Finished voxels of one level.
+#[derive(Default)]
+struct Cache {
+    known: VoxelSet,
+    bricks: FxHashMap<[i32; 3], Arc<Brick>>,
+}
+
+/// What a synthesis did, for tests, benchmarks and the usage weights.
+#[derive(Clone, Debug, Default)]
+pub struct Work {
+    /// For each level, finest first: corrections made.
+    pub corrections: Vec<u64>,
+    /// For each level: the sum of the costs of the last pass's corrections.
+    pub costs: Vec<i64>,
+}
+
+impl LazySolid {
+    /// A solid from its tables. `digest` must determine `tables`; the rest is added to it here.
+    pub fn new(tables: Arc<Tables>, initial: Initial, settings: Settings, digest: Digest) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&digest.0);
+        hasher.update(&breccia_engine::Data::digest(&initial).0);
+        hasher.update(format!("{settings:?}").as_bytes());
+        let levels = tables.levels.len();
+        Self {
+            tables,
+            initial,
+            settings,
+            isa: available().last().copied().unwrap_or(Isa::Portable),
+            digest: hasher.finalize().into(),
+            cache: Mutex::new((0..levels).map(|_| Cache::default()).collect()),
+        }
+    }
+
+    /// Uses another instruction set; the answers stay the same.
+    pub fn with_isa(mut self, isa: Isa) -> Self {
+        self.isa = if available().contains(&isa) { isa } else { Isa::Portable };
+        self
+    }
+
+    /// The tables.
+    pub fn tables(&self) -> &Tables {
+        &self.tables
+    }
+
+    /// Forgets all finished bricks.
+    pub fn clear_cache(&self) {
+        let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
+        cache.iter_mut().for_each(|level| *level = Cache::default());
+    }
+
+    fn domain(&self, level: usize) -> Domain {
+        Domain::at_level(self.settings.period, level)
+    }
+
+    fn weights(&self, level: usize) -> Weights {
+        let fixed = |x: f64| libm::round(x.clamp(0.0, 15.0) * 256.0) as u32;
+        Weights {
+            similar: per_level(&self.settings.similar, level).clamp(1, super::similarity::SET as i64)
+                as usize,
+            triples: per_level(&self.settings.triples, level).clamp(0, super::candidates::SET as i64)
+                as usize,
+            incoherent: 256 + fixed(self.settings.coherence) as i32,
+            crossbar: fixed(self.settings.crossbar).into(),
+        }
+    }
+
+    /// The finished state of a level over `wanted` (wrapped), from the cache as far as it goes.
+    fn finished(
+        &self,
+        level: usize,
+        wanted: &VoxelSet,
+        work: &mut Work,
+        control: &dyn Control,
+    ) -> Result<Field, Cancelled> {
+        let (mut keys, mut bricks, mut missing) = (Vec::new(), Vec::new(), VoxelSet::new());
+        {
+            let cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
+            let cache = &cache[level];
+            for key in wanted.bricks() {
+                let Some(mask) = wanted.mask(key) else { continue };
+                let known = cache.known.mask(key).copied().unwrap_or_default();
+                missing.insert_mask(key, &std::array::from_fn(|z| mask[z] & !known[z]));
+                if let Some(brick) = cache.bricks.get(&key).filter(|_| missing.mask(key).is_none()) {
+                    keys.push(key);
+                    bricks.push(Arc::clone(brick));
+                }
+            }
+        }
+        if missing.is_empty() {
+            return Ok(Field::of(keys, bricks.iter().map(|brick| (**brick).clone()).collect()));
+        }
+        // A brick of which some voxels are known is computed for all that are wanted: merging saves little.
+        let mut compute = VoxelSet::new();
+        for key in missing.bricks() {
+            wanted.mask(key).into_iter().for_each(|mask| compute.insert_mask(key, mask));
+        }
+        let field = self.synthesise(level, &compute, work, control)?;
+        self.remember(level, &compute, &field);
+        if keys.is_empty() {
+            return Ok(field);
+        }
+        for (key, brick) in field.bricks() {
+            if compute.mask(key).is_some() {
+                keys.push(key);
+                bricks.push(Arc::new(brick.clone()));
+            }
+        }
+        Ok(Field::of(keys, bricks.iter().map(|brick| (**brick).clone()).collect()))
+    }
+
+    fn remember(&self, level: usize, set: &VoxelSet, field: &Field) {
+        let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
+        let held: usize = cache.iter().map(|level| level.bricks.len()).sum();
+        if held + set.brick_count() > CACHED_BRICKS {
+            // Values are the same whenever they are computed, so dropping all of them changes nothing but time.
+            cache.iter_mut().for_each(|level| *level = Cache::default());
+        }
+        if set.brick_count() > CACHED_BRICKS / 2 {
+            return;
+        }
+        let cache = &mut cache[level];
+        for key in set.bricks() {
+            let (Some(mask), Some(brick)) = (set.mask(key), field.brick(key)) else { continue };
+            match cache.bricks.entry(key) {
+                std::collections::hash_map::Entry::Occupied(mut entry) => {
+                    let mut merged = (**entry.get()).clone();
+                    merged.copy_masked(brick, mask);
+                    entry.insert(Arc::new(merged));
+                }
+                std::collections::hash_map::Entry::Vacant(entry) => {
+                    entry.insert(Arc::new(brick.clone()));
+                }
+            }
+            cache.known.insert_mask(key, mask);
+        }
+    }
+
+    /// Computes a level over `wanted`, and the coarser levels that it needs.
+    fn synthesise(
+        &self,
+        level: usize,
+        wanted: &VoxelSet,
+        work: &mut Work,
+        control: &dyn Control,
+    ) -> Result<Field, Cancelled> {
+        check(control)?;
+        let (domain, tables, rule) = (self.domain(level), &self.tables.levels[level], self.settings.color);
+        let need = dependency(&self.settings, &domain, level, wanted);
+        let mut field = if level + 1 == self.tables.levels.len() {
+            Field::start(&need.before, &self.initial, self.settings.seed, &domain, tables, rule, control)?
+        } else {
+            let coarse = self.finished(level + 1, &parents(&need.before), work, control)?;
+            Field::upsample(&need.before, &coarse, tables, rule, control)?
+        };
+        let steps = need.corrected.len();
+        let last_pass = steps - self.settings.schedule_at(level).steps().min(steps);
+        for (step, set) in need.corrected.iter().enumerate() {
+            let cost = field.correct(set, &domain, tables, self.weights(level), rule, self.isa, control)?;
+            work.corrections[level] += set.len() as u64;
+            if step >= last_pass {
+                work.costs[level] += cost;
+            }
+            if level == 0 {
+                control.progress((step + 1) as f32 / steps as f32);
+            }
+        }
+        Ok(field)
+    }
+
+    /// The pixel triples of the voxels asked for (Z, Y, X order is the set's own), with the work done.
+    pub(super) fn field(&self, voxels: &VoxelSet, control: &dyn Control) -> Result<(Field, Work), Cancelled> {
+        let levels = self.tables.levels.len();
+        let mut work = Work { corrections: vec![0; levels], costs: vec![0; levels] };
+        let wrapped = self.domain(0).wrap_set(voxels);
+        let field = self.finished(0, &wrapped, &mut work, control)?;
+        Ok((field, work))
+    }
+
+    /// How often each pixel of each view is used by the finished voxels of a level, and their mean cost.
+    pub(super) fn count_usage(
+        &self,
+        level: usize,
+        wanted: &VoxelSet,
+        control: &dyn Control,
+    ) -> Result<(Vec<Vec<u32>>, i64), Cancelled> {
+        let levels = self.tables.levels.len();
+        let mut work = Work { corrections: vec![0; levels], costs: vec![0; levels] };
+        let field = self.synthesise(level, wanted, &mut work, control)?;
+        let tables = &self.tables.levels[level];
+        let mut counts: Vec<Vec<u32>> = tables.views.iter().map(|v| vec![0; v.view.texels.len()]).collect();
+        for (key, brick) in field.bricks() {
+            for at in bits(wanted.mask(key).unwrap_or(&[0; 8])) {
+                for e in 0..3 {
+                    counts[e.min(tables.views.len() - 1)][tables.view(e).view.index(brick.pixels[e][at])] +=
+                        1;
+                }
+            }
+        }
+        Ok((counts, work.costs[level] / wanted.len().max(1) as i64))
+    }
+
+    /// [`Solid::evaluate`], and how much was computed for it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn evaluate_counting(
+        &self,
+        voxels: &VoxelSet,
+        control: &dyn Control,
+    ) -> Result<(VoxelMap, Work), SolidError> {
+        let infos = self.maps();
+        let bricks = voxels.bricks();
+        let bytes: usize =
+            infos.iter().map(|m| m.channels * if m.ty == crate::data::SampleType::U8 { 1 } else { 4 }).sum();
+        let total = bricks.len() as u64 * (BRICK_VOXELS * bytes) as u64;
+        if total > 1 << 36 {
+            return Err(SolidError::TooLarge(format!(
+                "{} voxels in {} bricks need {} GB at once; ask for less at a time",
+                voxels.len(),
+                bricks.len(),
+                total >> 30
+            )));
+        }
+        let (field, work) = self.field(voxels, control)?;
+        let mut out = VoxelMap::new(&bricks, &infos);
+        for (m, map) in out.maps.iter_mut().enumerate() {
+            let sources: Vec<&Map> = self.tables.carried.iter().map(|maps| &maps[m]).collect();
+            self.look_up(map, &sources, m == 0, voxels, &bricks, &field);
+        }
+        Ok((out, work))
+    }
+
+    /// Fills one map of the answer from the exemplar's maps.
+    fn look_up(
+        &self,
+        map: &mut Map,
+        sources: &[&Map],
+        is_color: bool,
+        voxels: &VoxelSet,
+        bricks: &[[i32; 3]],
+        field: &Field,
+    ) {
+        let (domain, tables) = (self.domain(0), &self.tables.levels[0]);
+        let mean = is_color && self.settings.color == ColorRule::Mean;
+        let channels = map.channels;
+        let each = |key: [i32; 3], mut copy: Box<dyn FnMut(usize, usize, usize, u32) + '_>| {
+            let Some(mask) = voxels.mask(key) else { return };
+            for at in bits(mask) {
+                let local = [at & 7, at >> 3 & 7, at >> 6];
+                let voxel: [i32; 3] = std::array::from_fn(|i| domain.wrap(i, key[i] * 8 + local[i] as i32));
+                let Some(brick) = field.brick(crate::data::brick_of(voxel)) else { continue };
+                let from = crate::data::local_index(voxel);
+                let colors = std::array::from_fn(|e| {
+                    let view = &tables.view(e).view;
+                    view.texels[view.index(brick.pixels[e][from])]
+                });
+                let (_, e) = one_color(ColorRule::Nearest, colors);
+                copy(
+                    at,
+                    e.min(sources.len() - 1),
+                    tables.view(e).view.index(brick.pixels[e][from]),
+                    brick.color[from],
+                );
+            }
+        };
+        match &mut map.samples {
+            Samples::U8(out) => {
+                out.par_chunks_mut(BRICK_VOXELS * channels).zip(bricks).for_each(|(out, &key)| {
+                    each(
+                        key,
+                        Box::new(|at, view, index, color| {
+                            let out = &mut out[at * channels..][..channels];
+                            if mean {
+                                out.copy_from_slice(&color.to_le_bytes()[..channels]);
+                            } else if let Samples::U8(source) = &sources[view].samples {
+                                out.copy_from_slice(&source[index * channels..][..channels]);
+                            }
+                        }),
+                    );
+                });
+            }
+            Samples::F32(out) => {
+                out.par_chunks_mut(BRICK_VOXELS * channels).zip(bricks).for_each(|(out, &key)| {
+                    each(
+                        key,
+                        Box::new(|at, view, index, _| {
+                            if let Samples::F32(source) = &sources[view].samples {
+                                out[at * channels..][..channels]
+                                    .copy_from_slice(&source[index * channels..][..channels]);
+                            }
+                        }),
+                    );
+                });
+            }
+            Samples::U32(out) => {
+                out.par_chunks_mut(BRICK_VOXELS * channels).zip(bricks).for_each(|(out, &key)| {
+                    each(
+                        key,
+                        Box::new(|at, view, index, _| {
+                            if let Samples::U32(source) = &sources[view].samples {
+                                out[at * channels..][..channels]
+                                    .copy_from_slice(&source[index * channels..][..channels]);
+                            }
+                        }),
+                    );
+                });
+            }
+        }
+    }
+}
+
+impl Solid for LazySolid {
+    fn maps(&self) -> Vec<MapInfo> {
+        self.tables.carried[0].iter().map(Map::info).collect()
+    }
+
+    fn extent(&self) -> Extent {
+        self.settings.period.map_or(Extent::Unbounded, Extent::Periodic)
+    }
+
+    fn evaluate(&self, voxels: &VoxelSet, control: &dyn Control) -> Result<VoxelMap, SolidError> {
+        self.evaluate_counting(voxels, control).map(|(map, _)| map)
+    }
+
+    fn digest(&self) -> Digest {
+        self.digest
+    }
+
+    fn summary(&self) -> String {
+        let extent = match self.settings.period {
+            Some([x, y, z]) => format!("periodic {x} × {y} × {z}"),
+            None => "unbounded".to_owned(),
+        };
+        format!("lazy solid, {extent}, {} levels", self.tables.levels.len())
+    }
+
+    fn byte_size(&self) -> u64 {
+        self.tables.byte_size()
+    }
+}

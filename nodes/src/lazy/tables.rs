@@ -1,0 +1,131 @@
+//! Everything a correction looks up, laid out by level and view.
+
+use super::basis::{Basis, Descriptor};
+use super::candidates::{Candidates, Strip, Triple, column_strip, row_strip};
+use super::descriptors::Descriptors;
+use super::pyramid::{LevelView, Pixel, Pyramid};
+use super::similarity::Similarity;
+use super::usage::Usage;
+use crate::data::Map;
+use crate::exemplar::Exemplar;
+
+/// The tables of a synthesis.
+pub struct Tables {
+    /// Finest level first.
+    pub levels: Vec<LevelTables>,
+    /// For each view of the exemplar, the maps looked up at the finest level's coordinates.
+    pub carried: Vec<Vec<Map>>,
+}
+
+/// The tables of one level.
+pub struct LevelTables {
+    /// One view for all three directions, or one a direction.
+    pub views: Vec<ViewTables>,
+    /// Descriptor distance a squared colour difference of 1, times 65,536.
+    pub scale: u32,
+}
+
+/// The tables of one view at one level. Arrays are indexed by [`LevelView::index`].
+pub struct ViewTables {
+    /// Size and texels.
+    pub view: LevelView,
+    /// The PCA basis.
+    pub basis: Basis,
+    /// Descriptors of neighbourhoods.
+    pub descriptors: Vec<Descriptor>,
+    /// 2D candidates.
+    pub similar: Vec<[Pixel; super::similarity::SET]>,
+    /// 3D candidates.
+    pub triples: Vec<[Triple; super::candidates::SET]>,
+    /// Usage weights.
+    pub usage: Vec<i32>,
+    /// Pieces of rows and columns, for the crossbar error of triples made on the fly.
+    pub rows: Vec<Strip>,
+    /// See `rows`.
+    pub columns: Vec<Strip>,
+}
+
+/// Tables that do not belong together.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the {what} do not belong to this exemplar pyramid ({found}, the pyramid has {expected})")]
+pub struct TablesError {
+    what: &'static str,
+    found: String,
+    expected: String,
+}
+
+impl LevelTables {
+    /// The view of a direction.
+    #[inline(always)]
+    pub fn view(&self, direction: usize) -> &ViewTables {
+        &self.views[if self.views.len() == 1 { 0 } else { direction }]
+    }
+}
+
+impl Tables {
+    /// Joins what the stages made; they must come from one exemplar.
+    ///
+    /// # Errors
+    /// If sizes disagree.
+    pub fn new(
+        exemplar: &Exemplar,
+        pyramid: &Pyramid,
+        descriptors: &Descriptors,
+        similarity: &Similarity,
+        candidates: &Candidates,
+        usage: Option<&Usage>,
+    ) -> Result<Self, TablesError> {
+        let expected: Vec<usize> = pyramid.levels.iter().flatten().map(|v| v.texels.len()).collect();
+        let same = |what: &'static str, found: Vec<usize>| {
+            let text = |sizes: &[usize]| format!("pixels by level and view: {sizes:?}");
+            let error = TablesError { what, found: text(&found), expected: text(&expected) };
+            if found == expected { Ok(()) } else { Err(error) }
+        };
+        same("descriptors", descriptors.levels.iter().flat_map(|l| &l.descriptors).map(Vec::len).collect())?;
+        same("similarity sets", similarity.levels.iter().flatten().map(Vec::len).collect())?;
+        same("candidates", candidates.levels.iter().flatten().map(|v| v.triples.len()).collect())?;
+        if let Some(usage) = usage {
+            same("usage weights", usage.levels.iter().flatten().map(Vec::len).collect())?;
+        }
+        let finest: Vec<usize> = exemplar.views.iter().map(|v| v.texels.len()).collect();
+        same(
+            "maps",
+            finest.into_iter().chain(expected[exemplar.views.len().min(expected.len())..].to_vec()).collect(),
+        )?;
+
+        let levels = pyramid.levels.iter().enumerate().map(|(l, views)| {
+            let views = views.iter().enumerate().map(|(v, view)| {
+                let pixels: Vec<Pixel> =
+                    (0..view.height).flat_map(|y| (0..view.width).map(move |x| view.pixel(x, y))).collect();
+                ViewTables {
+                    view: view.clone(),
+                    basis: descriptors.levels[l].bases.bases[v].clone(),
+                    descriptors: descriptors.levels[l].descriptors[v].clone(),
+                    similar: similarity.levels[l][v].clone(),
+                    triples: candidates.levels[l][v].triples.clone(),
+                    usage: usage.map_or_else(|| vec![0; view.texels.len()], |u| u.levels[l][v].clone()),
+                    rows: pixels.iter().map(|&p| row_strip(view, p)).collect(),
+                    columns: pixels.iter().map(|&p| column_strip(view, p)).collect(),
+                }
+            });
+            LevelTables { views: views.collect(), scale: descriptors.levels[l].bases.scale }
+        });
+        let levels = levels.collect();
+        let carried = exemplar.views.iter().map(|view| {
+            let map = |(name, image): &(String, crate::data::Image)| Map {
+                name: name.clone(),
+                channels: image.channels(),
+                samples: image.samples().clone(),
+            };
+            view.carried.iter().map(map).collect()
+        });
+        Ok(Self { levels, carried: carried.collect() })
+    }
+
+    /// Bytes held.
+    pub fn byte_size(&self) -> u64 {
+        let views = self.levels.iter().flat_map(|l| &l.views);
+        let tables = views.map(|v| v.view.texels.len() as u64 * (4 + 16 + 8 + 96 + 4 + 40)).sum::<u64>();
+        tables + self.carried.iter().flatten().map(|map| map.samples.byte_size()).sum::<u64>()
+    }
+}
