@@ -62,14 +62,16 @@ fn iterate(
                     let neighbours =
                         UNIT.map(|(dx, dy)| &sets[view.index(view.shifted(view.pixel(x, y), dx, dy))][..]);
                     mark(&mut marks, others, neighbours, true);
+                    let around = |k: usize, pixel: Pixel| {
+                        let bits =
+                            UNIT.map(|(dx, dy)| marks[k][others[k].index(others[k].shifted(pixel, dx, dy))]);
+                        bits.into_iter().fold(0, |all, b| all | b).count_ones()
+                    };
                     let mut ranked: Vec<(u64, usize, bool)> = set
                         .iter()
                         .enumerate()
                         .map(|(i, triple)| {
-                            let [a, b] = [
-                                marks[0][others[0].index(triple.next)].count_ones(),
-                                marks[1][others[1].index(triple.last)].count_ones(),
-                            ];
+                            let (a, b) = (around(0, triple.next), around(1, triple.last));
                             // From the crossbar error itself down to two thirds of it with all neighbours continuing.
                             let weighed = u64::from(triple.crossbar) * 16 / u64::from(16 + a + b);
                             (weighed, i, a > 0 && b > 0)
@@ -88,16 +90,13 @@ fn iterate(
     Ok(rows.concat())
 }
 
-/// Sets (or clears) bit `i` of every pixel next to one that a triple of neighbour `i` uses.
+/// Sets bit `i` of every pixel that a triple of neighbour `i` uses, or clears all of them.
 fn mark(marks: &mut [Vec<u8>; 2], others: [&LevelView; 2], neighbours: [&[Triple]; 4], set: bool) {
     for (i, triples) in neighbours.into_iter().enumerate() {
-        let bit = if set { 1u8 << i } else { 0 };
         for triple in triples {
-            for (dx, dy) in UNIT {
-                for (k, pixel) in [triple.next, triple.last].into_iter().enumerate() {
-                    let at = others[k].index(others[k].shifted(pixel, dx, dy));
-                    marks[k][at] = if set { marks[k][at] | bit } else { 0 };
-                }
+            for (k, pixel) in [triple.next, triple.last].into_iter().enumerate() {
+                let at = others[k].index(pixel);
+                marks[k][at] = if set { marks[k][at] | 1 << i } else { 0 };
             }
         }
     }

@@ -155,16 +155,22 @@ mod x86 {
             unsafe {
                 let mut even = _mm512_loadu_si512(basis.bias.as_ptr().cast());
                 let mut odd = _mm512_setzero_si512();
-                let texel = |offset: i32| {
-                    _mm512_set1_epi32(*window.get_unchecked(at.wrapping_add_signed(offset as isize)) as i32)
-                };
-                let weights = |k: usize| _mm512_loadu_si512(basis.weights.get_unchecked(k).as_ptr().cast());
-                // Two sums, so that one product need not wait for the other.
-                for k in (0..N * N - 1).step_by(2) {
-                    even = _mm512_dpbusd_epi32(even, texel(offsets[k]), weights(k));
-                    odd = _mm512_dpbusd_epi32(odd, texel(offsets[k + 1]), weights(k + 1));
+                let weights: *const __m512i = basis.weights.as_ptr().cast();
+                // Two sums, so that one product need not wait for the other. No closures: they would be compiled
+                // without the instruction set.
+                let mut k = 0;
+                while k < N * N {
+                    let texel = *window.get_unchecked(at.wrapping_add_signed(offsets[k] as isize));
+                    let texel = _mm512_set1_epi32(texel as i32);
+                    even = _mm512_dpbusd_epi32(even, texel, _mm512_loadu_si512(weights.add(k)));
+                    k += 1;
+                    if k < N * N {
+                        let texel = *window.get_unchecked(at.wrapping_add_signed(offsets[k] as isize));
+                        let texel = _mm512_set1_epi32(texel as i32);
+                        odd = _mm512_dpbusd_epi32(odd, texel, _mm512_loadu_si512(weights.add(k)));
+                        k += 1;
+                    }
                 }
-                even = _mm512_dpbusd_epi32(even, texel(offsets[N * N - 1]), weights(N * N - 1));
                 let sums =
                     _mm512_sra_epi32(_mm512_add_epi32(even, odd), _mm_cvtsi32_si128(basis.shift as i32));
                 let words = _mm512_cvtsepi32_epi16(sums);

@@ -143,9 +143,15 @@ unsafe fn correct_voxel<O: Operations>(
     window: &Window,
     at: usize,
 ) -> Corrected {
-    let directions: [Direction; 3] =
-        // SAFETY: the caller's promise.
-        std::array::from_fn(|e| unsafe { search_2d::<O>(level.view(e), weights, window, at, e) });
+    // Written out: a closure would not have the caller's instruction set.
+    // SAFETY: the caller's promise.
+    let directions = unsafe {
+        [
+            search_2d::<O>(level.view(0), weights, window, at, 0),
+            search_2d::<O>(level.view(1), weights, window, at, 1),
+            search_2d::<O>(level.view(2), weights, window, at, 2),
+        ]
+    };
     let views = [level.view(0), level.view(1), level.view(2)];
     let bests = [directions[0].best, directions[1].best, directions[2].best];
     let mut found = Corrected {
@@ -198,41 +204,55 @@ unsafe fn search_2d<O: Operations>(
     let (u, v) = (STRIDE[(direction + 1) % 3], STRIDE[(direction + 2) % 3]);
     // SAFETY: the caller's promise.
     let descriptor = unsafe { O::project(&tables.basis, &window.color, at, &OFFSETS[direction]) };
-    let mut continuing = [0; 16];
-    let mut count = 0;
+    let centre = window.pixels[direction][at];
+    let mut continuing = [tables.shifted(centre, 0, 0); 16];
+    let mut count = 1;
     for dv in -1..=1 {
         for du in -1..=1 {
             let neighbour = window.pixels[direction][at.wrapping_add_signed((du * u + dv * v) as isize)];
-            let pixel = tables.view.shifted(neighbour, -du, -dv);
-            // Neighbours in one patch all lead to the same pixel.
-            if !continuing[..count].contains(&pixel) {
-                continuing[count] = pixel;
-                count += 1;
-            }
+            let pixel = tables.shifted(neighbour, -du, -dv);
+            // Neighbours in one patch all lead to the same pixel. Without a branch, which nothing could predict:
+            // a pixel that is there already is overwritten by the next.
+            let there = contains(&continuing, pixel);
+            continuing[count] = if there { continuing[0] } else { pixel };
+            count += usize::from(!there);
         }
     }
-    let first = continuing[0];
-    continuing[count..].fill(first);
-    let mut found = Direction { descriptor, continuing, best: first, best_cost: i32::MAX };
-    for k in 0..count {
-        let pixel = continuing[k];
+    // The smallest of cost, order and pixel in one number.
+    let mut best = u64::MAX;
+    let mut order = 0;
+    for &pixel in &continuing[..count.min(9)] {
         let index = tables.view.index(pixel);
         // SAFETY: the caller's promise.
         let cost = unsafe { O::distance(&descriptor, &tables.descriptors[index]) } + tables.usage[index];
-        if cost < found.best_cost {
-            found.best_cost = cost;
-            found.best = pixel;
-        }
+        best = best.min(key(cost, order, pixel));
+        order += 1;
         for &other in &tables.similar[index][1..weights.similar] {
+            let index = tables.view.index(other);
             // SAFETY: the caller's promise.
-            let cost = unsafe { pixel_cost::<O>(tables, &found, weights, other) };
-            if cost < found.best_cost {
-                found.best_cost = cost;
-                found.best = other;
-            }
+            let distance = unsafe { O::distance(&descriptor, &tables.descriptors[index]) };
+            let factor = if contains(&continuing, other) { 256 } else { weights.incoherent };
+            best = best.min(key(((distance * factor) >> 8) + tables.usage[index], order, other));
+            order += 1;
         }
     }
-    found
+    Direction { descriptor, continuing, best: best as Pixel, best_cost: (best >> 32) as i32 }
+}
+
+/// Cost, then order, then pixel. Costs are sums of squares and weights, never negative.
+#[inline(always)]
+fn key(cost: i32, order: u32, pixel: Pixel) -> u64 {
+    (cost as u64) << 32 | u64::from(order) << 16 | u64::from(pixel)
+}
+
+/// Whether a pixel is in the list, by one vector comparison.
+#[inline(always)]
+fn contains(list: &[Pixel; 16], pixel: Pixel) -> bool {
+    let mut any = 0u16;
+    for &p in list {
+        any |= if p == pixel { 0xffff } else { 0 };
+    }
+    any != 0
 }
 
 /// Distance, coherence and usage of one pixel in one direction.
@@ -246,7 +266,7 @@ unsafe fn pixel_cost<O: Operations>(
     let index = tables.view.index(pixel);
     // SAFETY: the caller's promise.
     let distance = unsafe { O::distance(&direction.descriptor, &tables.descriptors[index]) };
-    let continues = direction.continuing.iter().fold(false, |any, &p| any | (p == pixel));
+    let continues = contains(&direction.continuing, pixel);
     let factor = if continues { 256 } else { weights.incoherent };
     ((distance * factor) >> 8) + tables.usage[index]
 }

@@ -20,16 +20,17 @@ fn distances_avx2<const D: usize>(query: &[u8; D], candidates: &[[u8; D]], out: 
 
 #[inline(always)]
 fn distances_portable<const D: usize>(query: &[u8; D], candidates: &[[u8; D]], out: &mut Vec<u32>) {
-    let query = query.map(i16::from);
     out.clear();
-    out.extend(candidates.iter().map(|candidate| {
+    out.resize(candidates.len(), 0);
+    // Plain loops: closures would not be compiled for the caller's instruction set.
+    for (out, candidate) in out.iter_mut().zip(candidates) {
         let mut sum = 0i32;
         for d in 0..D {
-            let difference = query[d] - i16::from(candidate[d]);
+            let difference = i16::from(query[d]) - i16::from(candidate[d]);
             sum += i32::from(difference) * i32::from(difference);
         }
-        sum as u32
-    }));
+        *out = sum as u32;
+    }
 }
 
 /// The `count` smallest distances with their indices, in ascending order; ties go to the lower index.
