@@ -14,6 +14,7 @@ use serde::{Deserialize, Deserializer};
 use crate::spec::ParamValue;
 pub use error::DocumentError;
 pub use link::Link;
+pub(crate) use link::{is_name, split_path};
 pub use node_entry::NodeEntry;
 
 /// The `format` of every graph document.
