@@ -2,6 +2,7 @@
 
 mod caching;
 mod cancelling;
+mod describing;
 mod disk;
 mod documents;
 mod explaining;
