@@ -111,37 +111,26 @@ impl Graph {
     }
 
     /// The node and output that a name stands for: an output of the interface, or `node.socket`.
-    pub(crate) fn find_output(&self, name: &str) -> Result<super::Source, Problem> {
+    pub(crate) fn find_output(&self, name: &str) -> Result<super::Source, Problems> {
         if let Some(output) = self.outputs.get(name) {
             return Ok(super::Source { node: output.node, output: output.output });
         }
         let Some((node, socket)) = split_path(name) else {
             let known = self.outputs.keys().map(String::as_str);
-            return Err(Problem::unknown(
-                ProblemKind::UnknownInterface,
-                None,
-                "output",
-                name,
-                "outputs",
-                known,
-            ));
+            let kind = ProblemKind::UnknownInterface;
+            return Err(Problem::unknown(kind, None, "output", name, "outputs", known).alone());
         };
-        let index = self.index(node).ok_or_else(|| self.unknown_node(node))?;
+        let index = self.index(node).ok_or_else(|| self.unknown_node(node).alone())?;
         let sockets = &self.nodes[index].ty.spec.outputs;
-        match sockets.iter().position(|s| s.name == socket) {
-            Some(output) => Ok(super::Source { node: index, output }),
-            None => {
+        sockets
+            .iter()
+            .position(|s| s.name == socket)
+            .map(|output| super::Source { node: index, output })
+            .ok_or_else(|| {
                 let known = sockets.iter().map(|s| s.name);
-                Err(Problem::unknown(
-                    ProblemKind::UnknownSocket,
-                    Some(node),
-                    "output",
-                    socket,
-                    "outputs",
-                    known,
-                ))
-            }
-        }
+                let kind = ProblemKind::UnknownSocket;
+                Problem::unknown(kind, Some(node), "output", socket, "outputs", known).alone()
+            })
     }
 
     fn unknown_node(&self, node: &str) -> Problem {

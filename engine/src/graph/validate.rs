@@ -151,28 +151,8 @@ impl<'a> Builder<'a> {
                 self.report(self.unknown_node(item.clone(), node));
             }
         }
-        let input = self.nodes.get(link.to_node.as_str()).map(|draft| {
-            let sockets = &draft.node.ty.spec.inputs;
-            sockets.iter().position(|s| s.name == link.to_socket).map(|i| (i, sockets[i].ty)).ok_or_else(
-                || {
-                    let known = sockets.iter().map(|s| s.name);
-                    let (kind, node) = (ProblemKind::UnknownSocket, Some(link.to_node.as_str()));
-                    Problem::unknown(kind, node, "input", &link.to_socket, "inputs", known)
-                },
-            )
-        });
-        let output = self.nodes.get(link.from_node.as_str()).map(|draft| {
-            let sockets = &draft.node.ty.spec.outputs;
-            sockets.iter().position(|s| s.name == link.from_socket).map(|i| (i, sockets[i].ty)).ok_or_else(
-                || {
-                    let known = sockets.iter().map(|s| s.name);
-                    let (kind, node) = (ProblemKind::UnknownSocket, Some(link.from_node.as_str()));
-                    Problem::unknown(kind, node, "output", &link.from_socket, "outputs", known)
-                },
-            )
-        });
-        let input = input.and_then(|found| found.map_err(|problem| self.report(problem)).ok());
-        let output = output.and_then(|found| found.map_err(|problem| self.report(problem)).ok());
+        let input = self.socket(&link.to_node, &link.to_socket, "input");
+        let output = self.socket(&link.from_node, &link.from_socket, "output");
         let Some((input, expected)) = input else { return };
         if let Some((_, found)) = output
             && found != expected
@@ -189,6 +169,19 @@ impl<'a> Builder<'a> {
                 draft.node.links[input].push(Source { node, output });
             }
         }
+    }
+
+    /// Index and type of a node's input or output; reports it if a node of a known type has none.
+    fn socket(&mut self, node: &str, socket: &str, what: &str) -> Option<(usize, &'static str)> {
+        let ty = self.nodes.get(node)?.node.ty.clone();
+        let sockets = if what == "input" { &ty.spec.inputs } else { &ty.spec.outputs };
+        let found = sockets.iter().enumerate().find(|(_, s)| s.name == socket).map(|(i, s)| (i, s.ty));
+        if found.is_none() {
+            let known = sockets.iter().map(|s| s.name);
+            let kind = ProblemKind::UnknownSocket;
+            self.report(Problem::unknown(kind, Some(node), what, socket, &format!("{what}s"), known));
+        }
+        found
     }
 
     /// Checks that every input has as many links as it takes.

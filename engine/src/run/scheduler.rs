@@ -37,7 +37,7 @@ pub(crate) fn run(order: &Order<'_>) -> Result<RunResult, RunError> {
     for &name in order.outputs {
         match order.graph.find_output(name) {
             Ok(source) => named.push((name, source)),
-            Err(problem) => problems.push(problem),
+            Err(found) => problems.extend(found.0),
         }
     }
     if !problems.is_empty() {

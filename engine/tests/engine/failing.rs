@@ -17,11 +17,11 @@ fn half_bad(how: &str) -> Graph {
 }
 
 fn skipped(trace: &Trace) -> Vec<(&str, &str)> {
-    let skip = |event| match event {
-        &Event::NodeSkipped { ref node, ref because_of } => Some((node.as_str(), because_of.as_str())),
+    let skips = trace.events.iter().filter_map(|event| match event {
+        Event::NodeSkipped { node, because_of } => Some((node.as_str(), because_of.as_str())),
         _ => None,
-    };
-    trace.events.iter().filter_map(skip).collect()
+    });
+    skips.collect()
 }
 
 #[test]

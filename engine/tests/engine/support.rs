@@ -83,11 +83,11 @@ impl Trace {
     }
 
     pub fn warnings(&self) -> Vec<&str> {
-        let message = |event| match event {
-            &Event::Warning { ref message, .. } => Some(message.as_str()),
+        let messages = self.events.iter().filter_map(|event| match event {
+            Event::Warning { message, .. } => Some(message.as_str()),
             _ => None,
-        };
-        self.events.iter().filter_map(message).collect()
+        });
+        messages.collect()
     }
 
     pub fn number(&self, output: &str) -> i64 {
