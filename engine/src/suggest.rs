@@ -7,7 +7,8 @@ pub(crate) fn closest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
         // `candidates` for `lazy.candidates` is meant even though half of the letters are missing.
         let tail = b.rsplit('.').next().unwrap_or(&b);
         // Jaro-Winkler is made for longer names: it finds `ot` and `out` unlike.
-        let one_edit = if strsim::damerau_levenshtein(&a, &b) == 1 { 0.8 } else { 0.0 };
+        let one_edit = a.len() > 1 && b.len() > 1 && strsim::damerau_levenshtein(&a, &b) == 1;
+        let one_edit = if one_edit { 0.8 } else { 0.0 };
         strsim::jaro_winkler(&a, &b).max(0.98 * strsim::jaro_winkler(&a, tail)).max(one_edit)
     };
     known
@@ -28,6 +29,7 @@ mod tests {
         assert_eq!(closest("candidates", ["lazy.candidates", "io.read"]).as_deref(), Some("lazy.candidates"));
         assert_eq!(closest("zzz", ["mesh", "exemplar"]), None);
         assert_eq!(closest("ot", ["out", "in"]).as_deref(), Some("out"));
+        assert_eq!(closest("c", ["a", "b"]), None);
         assert_eq!(closest("x", []), None);
     }
 }

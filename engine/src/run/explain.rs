@@ -84,9 +84,13 @@ pub(crate) fn explain(shared: &Shared, graph: &Graph, outputs: &[&str]) -> Resul
         return Err(Problems(problems).into());
     }
     let mut state = RunState::new(graph, presence, targets, false);
-    let failures = read_files(shared, &mut state);
+    let mut failures = read_files(shared, &mut state);
     let levels = settle(shared, &mut state);
     let demands = state.demands();
+    for (node, culprit) in state.blocked(&demands) {
+        state.nodes[node].status = Status::Failed;
+        failures.push((node, format!("it needs node `{}`, which fails", graph.nodes[culprit].name)));
+    }
     for &node in &state.region {
         let known = &state.nodes[node];
         let graph_node = &graph.nodes[node];

@@ -160,3 +160,17 @@ fn verify_removes_what_is_damaged_and_clear_removes_all() {
     assert!(folder.path().join("mine.txt").exists());
     assert_eq!(DiskCache::new(folder.path().join("none"), 0).verify().unwrap().bytes(), 0);
 }
+
+#[test]
+fn a_second_run_of_a_long_chain_takes_milliseconds() {
+    let folder = tempfile::tempdir().unwrap();
+    let links: String = (1..40).map(|i| format!(r#""n{}.out -> n{i}.in","#, i - 1)).collect();
+    let nodes: String =
+        (1..40).map(|i| format!(r#""n{i}": (type: "test.slow", params: (millis: 1)),"#)).collect();
+    let graph = graph(&format!(r#""n0": (type: "test.constant", params: (value: 9)), {nodes}"#), &links);
+    run(&fresh(folder.path()), &graph, &["n39.out"]);
+    let engine = fresh(folder.path());
+    let start = std::time::Instant::now();
+    assert_eq!(run(&engine, &graph, &["n39.out"]).computed(), NOTHING);
+    assert!(start.elapsed() < std::time::Duration::from_millis(100), "{:?}", start.elapsed());
+}
