@@ -1,10 +1,10 @@
 //! Self-description of node types: sockets, parameters, docs. Help, palettes, validation and the
 //! reference pages are all generated from it.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// A parameter's value as it stands in a document and on the command line.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum ParamValue {
     /// `true` or `false`.

@@ -1,0 +1,120 @@
+//! Canonical text of documents: laid out by hand, so that a change to a graph is a change to few lines.
+
+use std::collections::BTreeMap;
+
+use ron::Value;
+
+use super::{Document, FORMAT, Interface, NodeEntry, VERSION, link};
+use crate::param::{float_text, quoted};
+
+pub(super) fn document(document: &Document) -> String {
+    let mut out = String::from("(\n");
+    out.push_str(&format!("    format: {},\n    version: {VERSION},\n", quoted(FORMAT)));
+    out.push_str(&format!("    title: {},\n", quoted(&document.title)));
+    out.push_str(&format!("    docs: {},\n", quoted(&document.docs)));
+    interface(&mut out, &document.interface);
+    out.push_str("    nodes: {\n");
+    for (name, entry) in &document.nodes {
+        node(&mut out, name, entry);
+    }
+    out.push_str("    },\n    links: [\n");
+    let mut links = document.links.clone();
+    link::sort(&mut links);
+    for link in &links {
+        out.push_str(&format!("        {},\n", quoted(link)));
+    }
+    out.push_str("    ],\n");
+    if document.editor != Value::Unit {
+        out.push_str("    editor: ");
+        match &document.editor {
+            Value::Map(map) if !map.is_empty() => {
+                out.push_str("{\n");
+                for (key, entry) in map.iter() {
+                    out.push_str(&format!("        {}: {},\n", value_text(key), value_text(entry)));
+                }
+                out.push_str("    },\n");
+            }
+            other => out.push_str(&format!("{},\n", value_text(other))),
+        }
+    }
+    out.push_str(")\n");
+    out
+}
+
+fn interface(out: &mut String, interface: &Interface) {
+    out.push_str("    interface: (\n");
+    section(out, "inputs", &interface.inputs, |input| {
+        format!(
+            "(type: {}, node: {}, param: {}, docs: {})",
+            quoted(&input.ty),
+            quoted(&input.node),
+            quoted(&input.param),
+            quoted(&input.docs)
+        )
+    });
+    section(out, "outputs", &interface.outputs, |output| {
+        format!(
+            "(node: {}, socket: {}, docs: {})",
+            quoted(&output.node),
+            quoted(&output.socket),
+            quoted(&output.docs)
+        )
+    });
+    section(out, "params", &interface.params, |param| {
+        let targets: Vec<_> = param.targets.iter().map(|target| quoted(target)).collect();
+        let default = param.default.as_ref().map(|value| format!(", default: {value}")).unwrap_or_default();
+        format!("(targets: [{}]{default}, docs: {})", targets.join(", "), quoted(&param.docs))
+    });
+    out.push_str("    ),\n");
+}
+
+fn section<T>(out: &mut String, name: &str, map: &BTreeMap<String, T>, write: impl Fn(&T) -> String) {
+    if map.is_empty() {
+        return;
+    }
+    out.push_str(&format!("        {name}: {{\n"));
+    for (key, entry) in map {
+        out.push_str(&format!("            {}: {},\n", quoted(key), write(entry)));
+    }
+    out.push_str("        },\n");
+}
+
+fn node(out: &mut String, name: &str, entry: &NodeEntry) {
+    out.push_str(&format!("        {}: (type: {}", quoted(name), quoted(&entry.ty)));
+    let mut params: BTreeMap<&str, String> =
+        entry.params.iter().map(|(name, value)| (name.as_str(), value.to_string())).collect();
+    params.extend(entry.other_params.iter().map(|(name, value)| (name.as_str(), value_text(value))));
+    if !params.is_empty() {
+        out.push_str(", params: {\n");
+        for (name, value) in &params {
+            out.push_str(&format!("            {}: {value},\n", quoted(name)));
+        }
+        out.push_str("        }");
+    }
+    for (field, value) in &entry.other_fields {
+        out.push_str(&format!(", {field}: {}", value_text(value)));
+    }
+    out.push_str("),\n");
+}
+
+/// A tree as RON that reads back to the same tree. The `ron` crate writes single-precision numbers with
+/// their own shortest digits, which then read back as other numbers.
+pub(super) fn value_text(value: &Value) -> String {
+    let join = |items: Vec<String>| items.join(", ");
+    match value {
+        Value::Bool(b) => b.to_string(),
+        Value::String(text) => quoted(text),
+        Value::Number(ron::Number::F32(x)) => float_text(f64::from(x.get())),
+        Value::Number(ron::Number::F64(x)) => float_text(x.get()),
+        Value::Option(None) => "None".into(),
+        Value::Option(Some(inner)) => format!("Some({})", value_text(inner)),
+        Value::Seq(items) => format!("[{}]", join(items.iter().map(value_text).collect())),
+        Value::Map(map) => {
+            let entries = map.iter().map(|(k, v)| format!("{}: {}", value_text(k), value_text(v)));
+            format!("{{{}}}", join(entries.collect()))
+        }
+        Value::Unit => "()".into(),
+        // Writing these to a string cannot fail.
+        Value::Char(_) | Value::Bytes(_) | Value::Number(_) => ron::to_string(value).unwrap_or_default(),
+    }
+}

@@ -1,0 +1,145 @@
+//! Setting parameters and inputs of a checked graph.
+
+use super::{Graph, Problem, ProblemKind, Problems};
+use crate::document::split_path;
+use crate::param::Mismatch;
+use crate::spec::ParamValue;
+use crate::value::Value;
+
+impl Problem {
+    pub(super) fn mismatch(node: Option<&str>, item: String, mismatch: Mismatch) -> Self {
+        Self {
+            suggestion: mismatch.suggestion,
+            ..Self::new(ProblemKind::BadValue, node, item, mismatch.found, mismatch.expected)
+        }
+    }
+}
+
+impl Graph {
+    /// Sets what `name` stands for: an exposed parameter, or `node.param`.
+    ///
+    /// # Errors
+    /// If there is no such parameter, or it does not take the value.
+    pub fn set(&mut self, name: &str, value: &ParamValue) -> Result<(), Problems> {
+        match name.split_once('.') {
+            Some((node, param)) => self.set_node_param(node, param, value),
+            None => self.set_interface(name, value),
+        }
+    }
+
+    /// Sets an exposed parameter.
+    ///
+    /// # Errors
+    /// If there is no such parameter, or one of its targets does not take the value.
+    pub fn set_interface(&mut self, name: &str, value: &ParamValue) -> Result<(), Problems> {
+        let Some(param) = self.params.get(name) else {
+            let known = self.params.keys().map(String::as_str);
+            let kind = ProblemKind::UnknownInterface;
+            return Err(Problem::unknown(kind, None, "parameter", name, "exposed parameters", known).alone());
+        };
+        let targets = param.targets.clone();
+        for (node, index) in targets {
+            self.set_param_at(node, index, value, || (None, format!("parameter `{name}`")))?;
+        }
+        Ok(())
+    }
+
+    /// Sets a parameter of a node. Paths are taken as they are, not relative to the document.
+    ///
+    /// # Errors
+    /// If there is no such parameter, or it does not take the value.
+    pub fn set_node_param(&mut self, node: &str, param: &str, value: &ParamValue) -> Result<(), Problems> {
+        let Some(index) = self.index(node) else { return Err(self.unknown_node(node).alone()) };
+        let params = &self.nodes[index].ty.spec.params;
+        let Some(at) = params.iter().position(|p| p.name == param) else {
+            let known = params.iter().map(|p| p.name);
+            let kind = ProblemKind::UnknownParam;
+            return Err(Problem::unknown(kind, Some(node), "parameter", param, "parameters", known).alone());
+        };
+        self.set_param_at(index, at, value, || (Some(node.to_owned()), format!("parameter `{param}`")))
+    }
+
+    fn set_param_at(
+        &mut self,
+        node: usize,
+        param: usize,
+        value: &ParamValue,
+        place: impl Fn() -> (Option<String>, String),
+    ) -> Result<(), Problems> {
+        let Some(node) = self.nodes.get_mut(node) else { return Ok(()) };
+        let Some(spec) = node.ty.spec.params.get(param) else { return Ok(()) };
+        match spec.kind.check(value) {
+            Ok(value) => {
+                node.params.insert(spec.name, value);
+                Ok(())
+            }
+            Err(mismatch) => {
+                let (node, item) = place();
+                Err(Problem::mismatch(node.as_deref(), item, mismatch).alone())
+            }
+        }
+    }
+
+    /// Gives an input a file.
+    ///
+    /// # Errors
+    /// If there is no such input.
+    pub fn set_input(&mut self, name: &str, path: &str) -> Result<(), Problems> {
+        let input = self.inputs.get(name).ok_or_else(|| self.unknown_input(name).alone())?.clone();
+        if let Some(node) = self.nodes.get_mut(input.node) {
+            node.params.insert(input.param, ParamValue::Text(path.to_owned()));
+            node.bound.fill(None);
+        }
+        Ok(())
+    }
+
+    /// Gives an input a ready value in place of a file; its reader does not run.
+    ///
+    /// # Errors
+    /// If there is no such input, or it takes another type.
+    pub fn bind_input(&mut self, name: &str, value: Value) -> Result<(), Problems> {
+        let input = self.inputs.get(name).ok_or_else(|| self.unknown_input(name).alone())?.clone();
+        if input.ty != value.type_name() {
+            let found = format!("a value of type {}", value.type_name());
+            let item = format!("input `{name}`");
+            return Err(Problem::new(ProblemKind::TypeMismatch, None, item, found, input.ty).alone());
+        }
+        if let Some(bound) = self.nodes.get_mut(input.node).and_then(|n| n.bound.get_mut(input.output)) {
+            *bound = Some(value);
+        }
+        Ok(())
+    }
+
+    /// The node and output that a name stands for: an output of the interface, or `node.socket`.
+    pub(crate) fn find_output(&self, name: &str) -> Result<super::Source, Problems> {
+        if let Some(output) = self.outputs.get(name) {
+            return Ok(super::Source { node: output.node, output: output.output });
+        }
+        let Some((node, socket)) = split_path(name) else {
+            let known = self.outputs.keys().map(String::as_str);
+            let kind = ProblemKind::UnknownInterface;
+            return Err(Problem::unknown(kind, None, "output", name, "outputs", known).alone());
+        };
+        let index = self.index(node).ok_or_else(|| self.unknown_node(node).alone())?;
+        let sockets = &self.nodes[index].ty.spec.outputs;
+        sockets
+            .iter()
+            .position(|s| s.name == socket)
+            .map(|output| super::Source { node: index, output })
+            .ok_or_else(|| {
+                let known = sockets.iter().map(|s| s.name);
+                let kind = ProblemKind::UnknownSocket;
+                Problem::unknown(kind, Some(node), "output", socket, "outputs", known).alone()
+            })
+    }
+
+    fn unknown_node(&self, node: &str) -> Problem {
+        let known = self.nodes.iter().map(|n| n.name.as_str());
+        Problem::unknown(ProblemKind::UnknownNode, None, "node", node, "nodes", known)
+    }
+
+    fn unknown_input(&self, name: &str) -> Problem {
+        let known = self.inputs.keys().map(String::as_str);
+        Problem::unknown(ProblemKind::UnknownInterface, None, "input", name, "inputs", known)
+    }
+}

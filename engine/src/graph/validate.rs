@@ -1,0 +1,373 @@
+//! From a document to a checked graph, or to all of its problems.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use petgraph::algo::toposort;
+use petgraph::graph::{DiGraph, NodeIndex};
+
+use super::{Graph, GraphNode, Problem, ProblemKind, Problems, Source, cycle, interface};
+use crate::document::{Document, InterfaceInput, Link, NodeEntry, is_name, split_path};
+use crate::registry::Registry;
+use crate::spec::{Arity, ParamKind, ParamValue};
+
+pub(super) fn build(
+    document: &Document,
+    registry: &Registry,
+    folder: Option<&Path>,
+) -> Result<Graph, Problems> {
+    let mut builder = Builder { document, registry, folder, nodes: BTreeMap::new(), problems: Vec::new() };
+    for (name, entry) in &document.nodes {
+        builder.node(name, entry);
+    }
+    let indices: BTreeMap<&str, usize> = builder.nodes.keys().copied().zip(0..).collect();
+    for link in &document.links {
+        builder.link(link, &indices);
+    }
+    builder.arities();
+    let (topology, order) = builder.topology();
+    let mut graph = Graph {
+        title: document.title.clone(),
+        docs: document.docs.clone(),
+        nodes: Vec::new(),
+        topology,
+        order,
+        inputs: BTreeMap::new(),
+        outputs: BTreeMap::new(),
+        params: BTreeMap::new(),
+    };
+    builder.interface(&mut graph, &indices);
+    graph.nodes = builder.nodes.into_values().map(|draft| draft.node).collect();
+    if builder.problems.is_empty() { Ok(graph) } else { Err(Problems(builder.problems)) }
+}
+
+struct Builder<'a> {
+    document: &'a Document,
+    registry: &'a Registry,
+    folder: Option<&'a Path>,
+    /// Nodes of known types.
+    nodes: BTreeMap<&'a str, Draft>,
+    problems: Vec<Problem>,
+}
+
+struct Draft {
+    node: GraphNode,
+    /// For every input the links as they stand in the document, usable or not.
+    written: Vec<Vec<String>>,
+}
+
+impl<'a> Builder<'a> {
+    fn report(&mut self, problem: Problem) {
+        self.problems.push(problem);
+    }
+
+    fn node(&mut self, name: &'a str, entry: &NodeEntry) {
+        if !is_name(name) {
+            let expected = "letters, digits, `_` and `-`";
+            self.report(Problem::new(ProblemKind::BadName, None, "node name", format!("`{name}`"), expected));
+        }
+        let Some(ty) = self.registry.node(&entry.ty) else {
+            let known = self.registry.nodes().map(|t| t.spec.id);
+            let kind = ProblemKind::UnknownType;
+            self.report(Problem::unknown(kind, Some(name), "type", &entry.ty, "node types", known));
+            return;
+        };
+        for field in entry.other_fields.keys() {
+            let known = ["type", "params"];
+            self.report(Problem::unknown(
+                ProblemKind::UnknownField,
+                Some(name),
+                "field",
+                field,
+                "fields",
+                known,
+            ));
+        }
+        for (param, value) in &entry.other_params {
+            let spec = ty.spec.params.iter().find(|p| p.name == param);
+            let expected =
+                spec.map_or("true, false, a number, a quoted text or a list".into(), |s| s.kind.describe());
+            let found = match value {
+                ron::Value::Unit => "a bare word or `()`; texts need quotes".to_owned(),
+                other => ron::to_string(other).unwrap_or_else(|_| "something else".into()),
+            };
+            let item = format!("parameter `{param}`");
+            self.report(Problem::new(ProblemKind::BadValue, Some(name), item, found, expected));
+        }
+        let mut params: BTreeMap<_, _> = ty.spec.params.iter().map(|p| (p.name, p.default.clone())).collect();
+        for (param, value) in &entry.params {
+            let Some(spec) = ty.spec.params.iter().find(|p| p.name == param) else {
+                let known = ty.spec.params.iter().map(|p| p.name);
+                let kind = ProblemKind::UnknownParam;
+                self.report(Problem::unknown(kind, Some(name), "parameter", param, "parameters", known));
+                continue;
+            };
+            match spec.kind.check(value) {
+                Ok(value) => {
+                    params.insert(spec.name, self.located(&spec.kind, value));
+                }
+                Err(mismatch) => {
+                    self.report(Problem::mismatch(Some(name), format!("parameter `{param}`"), mismatch));
+                }
+            }
+        }
+        let node = GraphNode {
+            name: name.to_owned(),
+            params,
+            links: vec![Vec::new(); ty.spec.inputs.len()],
+            bound: vec![None; ty.spec.outputs.len()],
+            ty: ty.clone(),
+        };
+        self.nodes.insert(name, Draft { written: vec![Vec::new(); node.links.len()], node });
+    }
+
+    /// A path of the document, made relative to the document's folder.
+    fn located(&self, kind: &ParamKind, value: ParamValue) -> ParamValue {
+        match (kind, &value, self.folder) {
+            (ParamKind::File { .. }, ParamValue::Text(path), Some(folder))
+                if !path.is_empty() && !has_scheme(path) && Path::new(path).is_relative() =>
+            {
+                ParamValue::Text(folder.join(path).to_string_lossy().into_owned())
+            }
+            _ => value,
+        }
+    }
+
+    fn unknown_node(&self, item: String, node: &str) -> Problem {
+        let known = self.document.nodes.keys().map(String::as_str);
+        Problem::unknown(ProblemKind::UnknownNode, None, item, node, "nodes", known)
+    }
+
+    fn link(&mut self, text: &str, indices: &BTreeMap<&str, usize>) {
+        let item = format!("link `{text}`");
+        let Some(link) = Link::parse(text) else {
+            let expected = "a link such as `node.output -> node.input`";
+            let found = format!("`{text}`");
+            self.report(Problem::new(ProblemKind::BadLink, None, "link", found, expected));
+            return;
+        };
+        for node in [&link.from_node, &link.to_node] {
+            if !self.document.nodes.contains_key(node) {
+                self.report(self.unknown_node(item.clone(), node));
+            }
+        }
+        let input = self.socket(&link.to_node, &link.to_socket, "input");
+        let output = self.socket(&link.from_node, &link.from_socket, "output");
+        let Some((input, expected)) = input else { return };
+        if let Some((_, found)) = output
+            && found != expected
+        {
+            let item = format!("input `{}`", link.to_socket);
+            let found = format!("{found} from `{}.{}`", link.from_node, link.from_socket);
+            let node = Some(link.to_node.as_str());
+            self.report(Problem::new(ProblemKind::TypeMismatch, node, item, found, expected));
+        }
+        let source = indices.get(link.from_node.as_str()).zip(output);
+        if let Some(draft) = self.nodes.get_mut(link.to_node.as_str()) {
+            draft.written[input].push(format!("{}.{}", link.from_node, link.from_socket));
+            if let Some((&node, (output, _))) = source {
+                draft.node.links[input].push(Source { node, output });
+            }
+        }
+    }
+
+    /// Index and type of a node's input or output; reports it if a node of a known type has none.
+    fn socket(&mut self, node: &str, socket: &str, what: &str) -> Option<(usize, &'static str)> {
+        let ty = self.nodes.get(node)?.node.ty.clone();
+        let sockets = if what == "input" { &ty.spec.inputs } else { &ty.spec.outputs };
+        let found = sockets.iter().enumerate().find(|(_, s)| s.name == socket).map(|(i, s)| (i, s.ty));
+        if found.is_none() {
+            let known = sockets.iter().map(|s| s.name);
+            let kind = ProblemKind::UnknownSocket;
+            self.report(Problem::unknown(kind, Some(node), what, socket, &format!("{what}s"), known));
+        }
+        found
+    }
+
+    /// Checks that every input has as many links as it takes.
+    fn arities(&mut self) {
+        for (name, draft) in &self.nodes {
+            for (socket, written) in draft.node.ty.spec.inputs.iter().zip(&draft.written) {
+                let item = format!("input `{}`", socket.name);
+                let (kind, found, expected) = match (socket.arity, written.len()) {
+                    (Arity::One, 0) => {
+                        let expected = format!("a link that brings {}", socket.ty);
+                        (ProblemKind::MissingInput, "nothing".to_owned(), expected)
+                    }
+                    (Arity::One | Arity::Optional, 2..) => {
+                        let found = format!("{} links, from {}", written.len(), written.join(", "));
+                        (ProblemKind::TooManyLinks, found, "one link".to_owned())
+                    }
+                    _ => continue,
+                };
+                self.problems.push(Problem::new(kind, Some(name), item, found, expected));
+            }
+        }
+    }
+
+    /// The topology and an order in which sources come first.
+    fn topology(&mut self) -> (DiGraph<usize, ()>, Vec<usize>) {
+        let mut topology = DiGraph::new();
+        for index in 0..self.nodes.len() {
+            topology.add_node(index);
+        }
+        for (to, draft) in self.nodes.values().enumerate() {
+            for source in draft.node.links.iter().flatten() {
+                topology.update_edge(NodeIndex::new(source.node), NodeIndex::new(to), ());
+            }
+        }
+        if let Ok(order) = toposort(&topology, None) {
+            return (topology, order.into_iter().map(NodeIndex::index).collect());
+        }
+        let names: Vec<_> = self.nodes.keys().copied().collect();
+        for nodes in cycle::loops(&topology) {
+            let Some(&first) = nodes.first() else { continue };
+            let way = nodes.iter().chain([&first]).map(|&n| format!("`{}`", names[n])).collect::<Vec<_>>();
+            let found = format!("a loop {}", way.join(" -> "));
+            let expected = "links that lead no node back to itself";
+            self.report(Problem::new(ProblemKind::Cycle, Some(names[first]), "links", found, expected));
+        }
+        (topology, Vec::new())
+    }
+
+    fn interface(&mut self, graph: &mut Graph, indices: &BTreeMap<&str, usize>) {
+        let interface = &self.document.interface;
+        let names = interface.inputs.keys().map(|n| (n, "input"));
+        let names = names.chain(interface.outputs.keys().map(|n| (n, "output")));
+        for (name, what) in names.chain(interface.params.keys().map(|n| (n, "parameter"))) {
+            if !is_name(name) {
+                let (item, found) = (format!("name of an interface {what}"), format!("`{name}`"));
+                self.report(Problem::new(
+                    ProblemKind::BadName,
+                    None,
+                    item,
+                    found,
+                    "letters, digits, `_` and `-`",
+                ));
+            }
+        }
+        for (name, input) in &interface.inputs {
+            if let Some(input) = self.interface_input(name, input, indices) {
+                graph.inputs.insert(name.clone(), input);
+            }
+        }
+        for (name, output) in &interface.outputs {
+            let item = format!("interface output `{name}`");
+            let Some(draft) = self.interface_node(&item, &output.node) else { continue };
+            let sockets = &draft.node.ty.spec.outputs;
+            match (sockets.iter().position(|s| s.name == output.socket), indices.get(output.node.as_str())) {
+                (Some(socket), Some(&node)) => {
+                    let docs = output.docs.clone();
+                    graph.outputs.insert(name.clone(), interface::Output { docs, node, output: socket });
+                }
+                _ => {
+                    let known: Vec<_> = sockets.iter().map(|s| s.name).collect();
+                    let (kind, node) = (ProblemKind::UnknownSocket, Some(output.node.as_str()));
+                    self.report(Problem::unknown(kind, node, item, &output.socket, "outputs", known));
+                }
+            }
+        }
+        for (name, param) in &interface.params {
+            let item = format!("interface parameter `{name}`");
+            if param.targets.is_empty() {
+                let expected = "at least one `node.parameter`";
+                self.report(Problem::new(ProblemKind::BadLink, None, item.clone(), "no targets", expected));
+            }
+            let mut targets = Vec::new();
+            for target in &param.targets {
+                targets.extend(self.interface_target(&item, target, param.default.as_ref(), indices));
+            }
+            if !targets.is_empty() {
+                let docs = param.docs.clone();
+                graph.params.insert(name.clone(), interface::Param { docs, targets });
+            }
+        }
+    }
+
+    fn interface_input(
+        &mut self,
+        name: &str,
+        input: &InterfaceInput,
+        indices: &BTreeMap<&str, usize>,
+    ) -> Option<interface::Input> {
+        let item = format!("interface input `{name}`");
+        let spec = &self.interface_node(&item, &input.node)?.node.ty.clone().spec;
+        let files = || spec.params.iter().filter(|p| matches!(p.kind, ParamKind::File { .. }));
+        let node = Some(input.node.as_str());
+        let param = files().find(|p| p.name == input.param);
+        if param.is_none() {
+            let known = files().map(|p| p.name);
+            let kind = ProblemKind::UnknownParam;
+            self.report(Problem::unknown(kind, node, item.clone(), &input.param, "file parameters", known));
+        }
+        let output = spec.outputs.iter().position(|o| o.ty == input.ty);
+        if output.is_none() {
+            let types: Vec<_> = spec.outputs.iter().map(|o| o.ty).collect();
+            let expected = format!("the type of an output of the node: {}", types.join(", "));
+            let found = format!("type {}", input.ty);
+            self.report(Problem::new(ProblemKind::TypeMismatch, node, item, found, expected));
+        }
+        Some(interface::Input {
+            ty: input.ty.clone(),
+            docs: input.docs.clone(),
+            node: *indices.get(input.node.as_str())?,
+            param: param?.name,
+            output: output?,
+        })
+    }
+
+    fn interface_target(
+        &mut self,
+        item: &str,
+        target: &str,
+        default: Option<&ParamValue>,
+        indices: &BTreeMap<&str, usize>,
+    ) -> Option<(usize, usize)> {
+        let Some((node, param)) = split_path(target) else {
+            let (found, expected) = (format!("target `{target}`"), "a target such as `node.parameter`");
+            self.report(Problem::new(ProblemKind::BadLink, None, item, found, expected));
+            return None;
+        };
+        let ty = self.interface_node(item, node)?.node.ty.clone();
+        let Some(index) = ty.spec.params.iter().position(|p| p.name == param) else {
+            let known = ty.spec.params.iter().map(|p| p.name);
+            self.report(Problem::unknown(
+                ProblemKind::UnknownParam,
+                Some(node),
+                item,
+                param,
+                "parameters",
+                known,
+            ));
+            return None;
+        };
+        let spec = &ty.spec.params[index];
+        match default.map(|value| spec.kind.check(value)) {
+            Some(Ok(value)) => {
+                let value = self.located(&spec.kind, value);
+                if let Some(draft) = self.nodes.get_mut(node) {
+                    draft.node.params.insert(spec.name, value);
+                }
+            }
+            Some(Err(mismatch)) => self.report(Problem::mismatch(Some(node), item.to_owned(), mismatch)),
+            None => {}
+        }
+        Some((*indices.get(node)?, index))
+    }
+
+    /// A node that the interface refers to; reports it if there is none.
+    fn interface_node(&mut self, item: &str, node: &str) -> Option<&Draft> {
+        if !self.document.nodes.contains_key(node) {
+            let problem = self.unknown_node(item.to_owned(), node);
+            self.report(problem);
+        }
+        self.nodes.get(node)
+    }
+}
+
+/// Whether a path has a scheme such as `builtin:`. One letter is a Windows drive.
+fn has_scheme(path: &str) -> bool {
+    path.split_once(':').is_some_and(|(scheme, _)| {
+        scheme.len() > 1 && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-'))
+    })
+}

@@ -1,0 +1,162 @@
+//! What a run would do, found out without running anything.
+
+use serde::Serialize;
+
+use super::RunError;
+use super::files;
+use super::state::{Action, RunState, Status};
+use crate::engine::Shared;
+use crate::events::CacheLevel;
+use crate::graph::{Graph, Problems, Source};
+
+/// What would happen to a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Forecast {
+    /// Its result is in a cache.
+    Cached(CacheLevel),
+    /// It would compute.
+    WouldRun,
+    /// That depends on what nodes before it compute.
+    Unknown,
+    /// It cannot run: an input is not given, or a file is unreadable.
+    Fails,
+}
+
+/// What would happen to a node, and why.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlanEntry {
+    /// The node.
+    pub node: String,
+    /// The id of its type.
+    pub node_type: String,
+    /// What would happen.
+    pub forecast: Forecast,
+    /// Size of its outputs in memory, if an earlier run found out.
+    pub bytes: Option<u64>,
+    /// The outputs in words, if an earlier run found out; else why it fails.
+    pub summary: Option<String>,
+}
+
+/// What a run would do, node by node, sources first.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Plan {
+    /// The nodes that the outputs depend on.
+    pub nodes: Vec<PlanEntry>,
+}
+
+impl Plan {
+    /// The number of nodes with this forecast.
+    pub fn count(&self, forecast: impl Fn(Forecast) -> bool) -> usize {
+        self.nodes.iter().filter(|entry| forecast(entry.forecast)).count()
+    }
+
+    /// The known sizes of all outputs together.
+    pub fn bytes(&self) -> u64 {
+        self.nodes.iter().filter_map(|entry| entry.bytes).fold(0, u64::saturating_add)
+    }
+}
+
+pub(crate) fn explain(shared: &Shared, graph: &Graph, outputs: &[&str]) -> Result<Plan, RunError> {
+    let mut targets = Vec::new();
+    let mut problems = Vec::new();
+    let mut plan = Plan::default();
+    let presence = graph.presence();
+    for name in outputs {
+        match graph.find_output(name) {
+            Ok(source) => match graph.lacks(source, &presence.absent) {
+                None => targets.push(source),
+                Some(lack) => {
+                    let node = &graph.nodes[lack.node];
+                    plan.nodes.push(PlanEntry {
+                        node: node.name.clone(),
+                        node_type: node.ty.spec.id.to_owned(),
+                        forecast: Forecast::Fails,
+                        bytes: None,
+                        summary: Some(lack.message),
+                    });
+                }
+            },
+            Err(found) => problems.extend(found.0),
+        }
+    }
+    if !problems.is_empty() {
+        return Err(Problems(problems).into());
+    }
+    let mut state = RunState::new(graph, presence, targets, false);
+    let mut failures = read_files(shared, &mut state);
+    let levels = settle(shared, &mut state);
+    let demands = state.demands();
+    for (node, culprit) in state.blocked(&demands) {
+        state.nodes[node].status = Status::Failed;
+        failures.push((node, format!("it needs node `{}`, which fails", graph.nodes[culprit].name)));
+    }
+    for &node in &state.region {
+        let known = &state.nodes[node];
+        let graph_node = &graph.nodes[node];
+        let forecast = match demands[node].action {
+            _ if known.status == Status::Failed => Forecast::Fails,
+            Action::Run => Forecast::WouldRun,
+            Action::Wait => Forecast::Unknown,
+            Action::Load => Forecast::Cached(levels[node].unwrap_or(CacheLevel::Digest)),
+            Action::Nothing if known.record.is_none() => Forecast::Unknown,
+            Action::Nothing if graph_node.is_bound() => Forecast::Cached(CacheLevel::Memory),
+            Action::Nothing => Forecast::Cached(CacheLevel::Digest),
+        };
+        let failure = failures.iter().find(|f| f.0 == node).map(|f| f.1.clone());
+        plan.nodes.push(PlanEntry {
+            node: graph_node.name.clone(),
+            node_type: graph_node.ty.spec.id.to_owned(),
+            forecast,
+            bytes: known.record.as_ref().map(|record| record.bytes()),
+            summary: failure.or_else(|| known.record.as_ref().map(|record| record.summary())),
+        });
+    }
+    Ok(plan)
+}
+
+/// Reads and hashes the files; nodes whose files are unreadable fail.
+fn read_files(shared: &Shared, state: &mut RunState<'_>) -> Vec<(usize, String)> {
+    let mut failures = Vec::new();
+    for i in 0..state.region.len() {
+        let node = state.region[i];
+        let paths: Vec<String> = state.paths(node).map(|(_, path)| path.to_owned()).collect();
+        for path in paths {
+            if state.files.want_digest(&path) {
+                state.files.done(&path, files::read(&*shared.files, &path));
+            }
+            if let Some(files::FileState::Failed(message)) = state.files.get(&path) {
+                failures.push((node, message.clone()));
+                state.nodes[node].status = Status::Failed;
+                state.nodes[node].failed_by = Some(node);
+            }
+        }
+        state.files.release(|_| false);
+    }
+    failures
+}
+
+/// Finds out where values are, until nothing changes: a value in no cache is computed, and asks for more.
+fn settle(shared: &Shared, state: &mut RunState<'_>) -> Vec<Option<CacheLevel>> {
+    loop {
+        state.advance_keys(&shared.cache);
+        let demands = state.demands();
+        let mut levels = vec![None; state.nodes.len()];
+        let mut lost = Vec::new();
+        for &node in state.region.iter().filter(|&&node| demands[node].action == Action::Load) {
+            let wanted = demands[node].values.iter().enumerate().filter(|(_, want)| **want);
+            let found: Option<Vec<CacheLevel>> = wanted
+                .map(|(output, _)| shared.cache.locate(state.output_record(Source { node, output })?))
+                .collect();
+            match found {
+                Some(found) if found.contains(&CacheLevel::Disk) => levels[node] = Some(CacheLevel::Disk),
+                Some(_) => levels[node] = Some(CacheLevel::Memory),
+                None => lost.push(node),
+            }
+        }
+        if lost.is_empty() {
+            return levels;
+        }
+        lost.into_iter().for_each(|node| state.nodes[node].lost = true);
+    }
+}

@@ -1,0 +1,14 @@
+//! Tests of the engine from outside, on its event stream.
+
+mod caching;
+mod cancelling;
+mod describing;
+mod disk;
+mod documents;
+mod explaining;
+mod failing;
+mod nodes;
+mod processes;
+mod sharing;
+mod support;
+mod validating;

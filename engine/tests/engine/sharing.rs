@@ -1,0 +1,66 @@
+//! Several runs, several threads.
+
+use std::time::{Duration, Instant};
+
+use crate::support::{engine, graph, run};
+
+#[test]
+fn two_runs_at_once_share_one_computation() {
+    let engine = engine();
+    let graph = graph(r#""s": (type: "test.slow", params: (millis: 150))"#, "");
+    let (one, other) = std::thread::scope(|scope| {
+        let spawn = || scope.spawn(|| run(&engine, &graph, &["s.out"]));
+        let (one, other) = (spawn(), spawn());
+        (one.join().unwrap(), other.join().unwrap())
+    });
+    assert_eq!(one.computed().len() + other.computed().len(), 1);
+    assert_eq!((one.number("s.out"), other.number("s.out")), (150, 150));
+}
+
+#[test]
+fn who_waits_computes_itself_if_the_other_run_is_cancelled() {
+    let engine = engine();
+    let graph = graph(r#""s": (type: "test.slow", params: (millis: 200))"#, "");
+    let cancel = breccia_engine::CancelToken::default();
+    let trace = std::thread::scope(|scope| {
+        scope.spawn(|| crate::support::try_run(&engine, &graph, &["s.out"], &cancel));
+        scope.spawn(|| {
+            std::thread::sleep(Duration::from_millis(60));
+            cancel.cancel();
+        });
+        std::thread::sleep(Duration::from_millis(30));
+        run(&engine, &graph, &["s.out"])
+    });
+    assert_eq!((trace.computed(), trace.number("s.out")), (vec!["s"], 200));
+}
+
+#[test]
+fn independent_nodes_run_at_the_same_time() {
+    let graph = graph(
+        r#""a": (type: "test.slow", params: (millis: 200)), "b": (type: "test.slow", params: (millis: 201)),
+           "add": (type: "test.add")"#,
+        r#""a.out -> add.terms", "b.out -> add.terms""#,
+    );
+    let start = Instant::now();
+    run(&engine(), &graph, &["add.sum"]);
+    assert!(start.elapsed() < Duration::from_millis(390), "{:?}", start.elapsed());
+}
+
+#[test]
+fn a_wide_graph_gives_the_same_on_any_number_of_threads() {
+    let nodes: String = (0..60)
+        .map(|i| {
+            format!(r#""c{i}": (type: "test.constant", params: (value: {i})), "h{i}": (type: "test.halve"),"#)
+        })
+        .collect();
+    let links: String =
+        (0..60).map(|i| format!(r#""c{i}.out -> h{i}.in", "h{i}.out -> add.terms","#)).collect();
+    let graph = graph(&format!(r#"{nodes} "add": (type: "test.add")"#), &links);
+    for threads in [1, 2, 5] {
+        let registry = std::sync::Arc::new(crate::nodes::registry());
+        let engine = breccia_engine::Engine::builder().threads(threads).build(registry).unwrap();
+        let trace = run(&engine, &graph, &["add.sum"]);
+        assert_eq!(trace.number("add.sum"), (0..60).map(|i| i / 2).sum::<i64>());
+        assert_eq!(trace.computed().len(), 121);
+    }
+}
