@@ -57,11 +57,18 @@ pub fn cutaway(
     compose(settings.picture, settings.background, control, |column, row| {
         let mut pixel = Seen::default();
         for sample in 0..GRID * GRID {
-            let (i, j) = (sample % GRID, sample / GRID);
             let step = |n: u32| (f64::from(n) + 0.5) / f64::from(GRID);
-            pixel += view.seen(f64::from(column) + step(i), f64::from(row) + step(j));
+            let (x, y) = (f64::from(column) + step(sample % GRID), f64::from(row) + step(sample / GRID));
+            if let Some(color) = view.surface(x, y) {
+                pixel += Seen { color: color.map(|c| c * weight), object: weight, shadow: 0.0 };
+            }
         }
-        pixel.scaled(weight)
+        if pixel.object < 1.0 {
+            // The ground is smooth: one look at it serves for the whole pixel.
+            let shadow = view.ground_shadow(f64::from(column) + 0.5, f64::from(row) + 0.5);
+            pixel.shadow = shadow * (1.0 - pixel.object);
+        }
+        pixel
     })
 }
 
@@ -151,6 +158,7 @@ impl Block {
 struct View<'a> {
     block: Block,
     camera: Camera,
+    eye: Vec3,
     answer: &'a VoxelMap,
     linear: [f64; 256],
     longest: f64,
@@ -165,16 +173,14 @@ impl<'a> View<'a> {
         });
         let camera = Camera::framing(corners, [36.0, 27.0], 1.0, 0.84, picture);
         let linear = std::array::from_fn(|byte| f64::from(srgb_to_linear(byte as u8)));
-        Self { block, camera, answer, linear, longest: x.max(y).max(z) }
+        Self { block, eye: to_voxels(camera.eye()), camera, answer, linear, longest: x.max(y).max(z) }
     }
 
-    fn seen(&self, x: f64, y: f64) -> Seen {
-        let (eye, ray) = (to_voxels(self.camera.eye()), to_voxels(self.camera.ray(x, y)));
-        let Some((point, axis, voxel, notch)) = self.block.hit(eye, ray) else {
-            return Seen { shadow: self.ground_shadow(eye, ray), ..Seen::default() };
-        };
+    /// The light from the box through a place of the picture; `None` beside it.
+    fn surface(&self, x: f64, y: f64) -> Option<Vec3> {
+        let (point, axis, voxel, notch) = self.block.hit(self.eye, to_voxels(self.camera.ray(x, y)))?;
         let light = FACE_LIGHT[axis] * if notch { self.crease(point, axis) } else { 1.0 };
-        Seen { color: self.color(voxel).map(|c| c * light), object: 1.0, shadow: 0.0 }
+        Some(self.color(voxel).map(|c| c * light))
     }
 
     /// The linear colour of a voxel of the box.
@@ -200,7 +206,8 @@ impl<'a> View<'a> {
     }
 
     /// The shadow on the ground that the box stands on: close under it, and wide to the far right.
-    fn ground_shadow(&self, eye: Vec3, ray: Vec3) -> f64 {
+    fn ground_shadow(&self, x: f64, y: f64) -> f64 {
+        let (eye, ray) = (self.eye, to_voxels(self.camera.ray(x, y)));
         let ground = f64::from(self.block.size[1]);
         let t = (ground - eye[1]) / ray[1];
         if !(t > 0.0 && t.is_finite()) {

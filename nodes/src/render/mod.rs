@@ -5,19 +5,28 @@ mod contact_sheet;
 mod cube;
 mod cutaway;
 mod error;
+mod light;
+mod material;
+mod mesh;
+mod portrait;
+mod raster;
+mod shadow;
 mod sheet;
 mod studio;
+mod surface;
+mod texture;
 mod vector;
 
 pub use camera::Camera;
 pub use contact_sheet::contact_sheet;
 pub use cutaway::{CutawaySettings, cutaway};
 pub use error::RenderError;
+pub use portrait::{PortraitSettings, portrait};
 pub use studio::Background;
 
 use breccia_engine::Node;
 
 /// The nodes of this family.
 pub fn nodes() -> Vec<Box<dyn Node>> {
-    vec![Box::new(cube::Cube), Box::new(sheet::Sheet)]
+    vec![Box::new(cube::Cube), Box::new(mesh::Mesh), Box::new(sheet::Sheet)]
 }

@@ -70,13 +70,6 @@ impl std::ops::AddAssign for Seen {
     }
 }
 
-impl Seen {
-    /// The light, a fraction of it.
-    pub fn scaled(self, s: f64) -> Self {
-        Self { color: self.color.map(|c| c * s), object: self.object * s, shadow: self.shadow * s }
-    }
-}
-
 /// Composes a picture pixel by pixel over a background, rows in parallel.
 pub(super) fn compose(
     size: [u32; 2],
