@@ -5,13 +5,13 @@ use super::vector::{Vec3, add, dot, scale, unit_or};
 use crate::control::{Cancelled, Control};
 
 /// Directions of the room, all around.
-const ROOM: usize = 72;
+const ROOM: usize = 80;
 /// Directions over the face of the key light.
 const KEY: usize = 18;
 /// Half the angle that the key light fills, as a slope.
 const KEY_SPREAD: f64 = 0.17;
 /// Irradiance of the key light on a surface that faces it.
-const KEY_POWER: f64 = 0.74;
+const KEY_POWER: f64 = 0.92;
 /// Texels along the edge of depth maps.
 const MAP_SIZES: [usize; 2] = [144, 448];
 
@@ -87,12 +87,17 @@ impl Lights {
         (some / all).min(1.0)
     }
 
-    /// The part of the light that the object keeps from a point of the ground, 0 to 1.
-    pub fn ground_shadow(&self, point: Vec3) -> f64 {
-        let up = [0.0, 1.0, 0.0];
-        let open: f64 = self.beams.iter().map(|&(d, power)| power * d[1].max(0.0)).sum();
-        let reaching = self.reaching(point, up);
-        (1.0 - self.irradiance(&reaching, up) / open.max(1e-9)).clamp(0.0, 1.0)
+    /// The parts of the light that the object keeps from a point of the ground: the room's and the key
+    /// light's, both of all the light there would be.
+    pub fn kept_away(&self, point: Vec3) -> [f64; 2] {
+        let reaching = self.reaching(point, [0.0, 1.0, 0.0]);
+        let (mut open, mut kept) = (1e-9, [0.0; 2]);
+        for (i, (&(d, power), &lit)) in self.beams.iter().zip(&reaching.0).enumerate() {
+            let share = power * d[1].max(0.0);
+            open += share;
+            kept[usize::from(i >= ROOM)] += share * (1.0 - f64::from(lit));
+        }
+        kept.map(|part| part / open)
     }
 
     /// Towards the middle of the key light.

@@ -5,6 +5,7 @@ mod contact_sheet;
 mod cube;
 mod cutaway;
 mod error;
+mod ground;
 mod light;
 mod material;
 mod mesh;

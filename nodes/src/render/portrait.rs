@@ -4,12 +4,13 @@ use rayon::prelude::*;
 
 use super::camera::Camera;
 use super::error::{RenderError, check_picture};
+use super::ground::Ground;
 use super::light::Lights;
 use super::material::{Material, Point};
 use super::raster::{SUB, Tile, Triangle, bin};
 use super::studio::{Background, Seen, compose};
 use super::surface::{Surface, blend, face_normal};
-use super::vector::{Vec3, add, dot, scale, sub, unit_or};
+use super::vector::{Vec3, dot, scale, sub, unit_or};
 use crate::control::{Cancelled, Control, check};
 use crate::data::{Image, Mesh};
 
@@ -44,12 +45,13 @@ pub fn portrait(
     let view = [settings.azimuth, settings.elevation.clamp(-90.0, 90.0)];
     let camera = Camera::framing(surface.points(), view, settings.zoom, 0.80, settings.picture);
     let sphere = bounding_sphere(&surface);
+    let lights = Lights::new(settings.azimuth, &surface.corners, sphere, control)?;
+    let lowest = surface.points().map(|p| p[1]).fold(f64::INFINITY, f64::min);
     let stage = Stage {
         material: Material::new(mesh, &surface),
-        lights: Lights::new(settings.azimuth, &surface.corners, sphere, control)?,
-        ground: surface.points().map(|p| p[1]).fold(f64::INFINITY, f64::min),
-        sphere,
-        ground_strength: ((view[1] - 2.0) / 8.0).clamp(0.0, 1.0),
+        ground: Ground::new(&lights, sphere, lowest, control)?,
+        lights,
+        ground_strength: ((view[1] - 2.0) / 8.0).clamp(0.0, 1.0) * 0.9,
         triangles: surface
             .corners
             .iter()
@@ -100,8 +102,7 @@ struct Stage {
     lights: Lights,
     camera: Camera,
     triangles: Vec<Triangle>,
-    sphere: (Vec3, f64),
-    ground: f64,
+    ground: Ground,
     /// 0 where the ground is seen edge-on or from below.
     ground_strength: f64,
 }
@@ -146,8 +147,8 @@ impl Stage {
             }
         }
         if pixel.object < 1.0 && self.ground_strength > 0.0 {
-            let shadow = self.shadow_at(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            pixel.shadow = shadow * (1.0 - pixel.object);
+            let shadow = self.ground.seen(&self.camera, f64::from(x) + 0.5, f64::from(y) + 0.5);
+            pixel.shadow = shadow * self.ground_strength * (1.0 - pixel.object);
         }
         pixel
     }
@@ -202,23 +203,6 @@ impl Stage {
         let [x, y, depth] = self.camera.project(position);
         let (a, b) = (self.camera.ray(x, y), self.camera.ray(x + 1.0, y));
         depth * dot(sub(a, b), sub(a, b)).sqrt()
-    }
-
-    /// The shadow on the ground that is seen at a place of the picture, 0 to 1.
-    fn shadow_at(&self, x: f64, y: f64) -> f64 {
-        let (eye, ray) = (self.camera.eye(), self.camera.ray(x, y));
-        let t = (self.ground - eye[1]) / ray[1];
-        if !(t > 0.0 && t.is_finite()) {
-            return 0.0;
-        }
-        let point = add(eye, scale(ray, t));
-        let (center, radius) = self.sphere;
-        let (dx, dz) = ((point[0] - center[0]) / radius, (point[2] - center[2]) / radius);
-        let fade = 1.0 - ((dx * dx + dz * dz).sqrt() - 1.5).clamp(0.0, 2.0) / 2.0;
-        if fade <= 0.0 {
-            return 0.0;
-        }
-        self.lights.ground_shadow(point) * fade * fade * self.ground_strength * 0.9
     }
 }
 

@@ -79,10 +79,12 @@ fn a_flat_volume_covers_nothing() {
 }
 
 #[test]
-fn one_repeated_corner_lacks_coverage() {
+fn partial_collapse_and_repetition_lack_coverage() {
+    let flat = quality(|[x, y, z]| medium(if x < 16 { [x, y, z] } else { [10, 10, 500] }, 77));
+    assert!(flat.coverage < 0.75, "{flat:?}");
     let image = exemplar();
-    let q = quality(|[x, y, z]| image.rgb8((x % 8) as u32, ((y + z) % 8) as u32));
-    assert!(q.coverage < 0.5, "{q:?}");
+    let repeated = quality(|[x, y, z]| image.rgb8((x % 8) as u32, ((y + z) % 8) as u32));
+    assert!(repeated.coverage < 0.9 && repeated.axis_completeness > 1.15, "{repeated:?}");
 }
 
 #[test]
