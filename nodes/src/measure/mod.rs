@@ -1,8 +1,18 @@
 //! Measures of a solid against its exemplar.
 
+mod colors;
+mod compare;
+mod contrast;
+mod patches;
+mod quality;
+mod views;
+
+pub use colors::color_divergence;
+pub use compare::{MeasureError, Quality, QualitySettings, measure_quality};
+
 use breccia_engine::Node;
 
 /// The nodes of this family.
 pub fn nodes() -> Vec<Box<dyn Node>> {
-    Vec::new()
+    vec![Box::new(quality::MeasureQuality)]
 }

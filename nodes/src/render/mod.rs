@@ -1,8 +1,33 @@
-//! Pictures of textured meshes and volumes.
+//! Pictures of textured meshes and solids, made on the CPU without a window.
+
+mod camera;
+mod contact_sheet;
+mod cube;
+mod cutaway;
+mod error;
+mod ground;
+mod light;
+mod material;
+mod mesh;
+mod portrait;
+mod raster;
+mod shadow;
+mod sheet;
+mod studio;
+mod surface;
+mod texture;
+mod vector;
+
+pub use camera::Camera;
+pub use contact_sheet::contact_sheet;
+pub use cutaway::{CutawaySettings, cutaway};
+pub use error::RenderError;
+pub use portrait::{PortraitSettings, portrait};
+pub use studio::Background;
 
 use breccia_engine::Node;
 
 /// The nodes of this family.
 pub fn nodes() -> Vec<Box<dyn Node>> {
-    Vec::new()
+    vec![Box::new(cube::Cube), Box::new(mesh::Mesh), Box::new(sheet::Sheet)]
 }
