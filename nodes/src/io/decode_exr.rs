@@ -36,13 +36,15 @@ pub(super) fn decode_exr(bytes: &[u8], limits: &ReadLimits) -> Result<Image, Rea
     }
 
     let reader = read().no_deep_data().largest_resolution_level().all_channels();
-    let image = reader.first_valid_layer().all_attributes().from_buffered(Cursor::new(bytes)).map_err(wrap)?;
+    let image =
+        reader.first_valid_layer().all_attributes().from_buffered(Cursor::new(bytes)).map_err(wrap)?;
     let layer = image.layer_data;
     // The reader takes the first layer that it can read: not taken on trust to be the one checked above.
     let (width, height) = (layer.size.x(), layer.size.y());
     let names: Vec<String> = layer.channel_data.list.iter().map(|channel| channel.name.to_string()).collect();
     let chosen = choose(&names).ok_or_else(|| {
-        let found = format!("its channels are {}; R, G, B, A or Y, or at most four are expected", names.join(", "));
+        let found =
+            format!("its channels are {}; R, G, B, A or Y, or at most four are expected", names.join(", "));
         ReadError::unsupported("OpenEXR", found)
     })?;
     let pixels = width.saturating_mul(height);
@@ -50,7 +52,12 @@ pub(super) fn decode_exr(bytes: &[u8], limits: &ReadLimits) -> Result<Image, Rea
     for (c, &from) in chosen.iter().enumerate() {
         let channel: &AnyChannel<FlatSamples> = &layer.channel_data.list[from];
         let values = channel.sample_data.values_as_f32();
-        samples.iter_mut().skip(c).step_by(chosen.len()).zip(values).for_each(|(sample, value)| *sample = value);
+        samples
+            .iter_mut()
+            .skip(c)
+            .step_by(chosen.len())
+            .zip(values)
+            .for_each(|(sample, value)| *sample = value);
     }
     let image = Image::new(width as u32, height as u32, chosen.len(), Samples::F32(samples));
     finite(image.map_err(|error| ReadError::damaged("OpenEXR", error))?)

@@ -36,7 +36,8 @@ pub(super) fn decode_float_tiff(bytes: &[u8], limits: &ReadLimits) -> Result<Opt
     limits.check_picture(width.into(), height.into(), 4 * channels as u64)?;
     let mut allocation = Limits::default();
     // Doubles are twice as large as what is kept.
-    allocation.decoding_buffer_size = usize::try_from(limits.picture_bytes.saturating_mul(2)).unwrap_or(usize::MAX);
+    allocation.decoding_buffer_size =
+        usize::try_from(limits.picture_bytes.saturating_mul(2)).unwrap_or(usize::MAX);
     allocation.intermediate_buffer_size = allocation.decoding_buffer_size;
     let samples = match decoder.with_limits(allocation).read_image().map_err(wrap)? {
         DecodingResult::F16(v) => v.into_iter().map(f32::from).collect(),

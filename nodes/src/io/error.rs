@@ -73,7 +73,8 @@ impl ReadError {
 
     pub(super) fn unknown(expected: &'static str, bytes: &[u8]) -> Self {
         let head = bytes.get(..8).unwrap_or(bytes);
-        let text: String = head.iter().flat_map(|&byte| std::ascii::escape_default(byte)).map(char::from).collect();
+        let text: String =
+            head.iter().flat_map(|&byte| std::ascii::escape_default(byte)).map(char::from).collect();
         Self::UnknownFormat { expected, found: format!("\"{text}\"") }
     }
 }
