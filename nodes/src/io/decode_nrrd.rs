@@ -36,7 +36,7 @@ pub fn decode_nrrd(bytes: &[u8], options: &VolumeOptions) -> Result<Volume, Read
             flate2::read::MultiGzDecoder::new(data)
                 .take(expected as u64)
                 .read_to_end(&mut inflated)
-                .map_err(|error| ReadError::damaged(FORMAT, error))?;
+                .map_err(|error| ReadError::damaged(FORMAT, format!("the gzip stream: {error}")))?;
             layout.decode(&inflated, options)?
         }
         other => {
