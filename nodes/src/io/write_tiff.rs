@@ -30,9 +30,12 @@ fn write_files(value: &Value, sink: &mut Sink) -> io::Result<()> {
     Ok(())
 }
 
+/// More than the tags of a page take.
+const TAG_BYTES: u64 = 1024;
+
 /// Writes one map of a volume as a TIFF file with one uncompressed page a Z slice.
 ///
-/// The first page's description is the one that ImageJ writes for a stack: number of slices, spacing along z. The
+/// The first page's description is the one that ImageJ writes for a stack (if that has more than 1 KiB): number of slices, spacing along z. The
 /// resolution tags hold voxels a unit along x and y. Bytes are kept, float `color` is encoded to 8-bit sRGB, other
 /// floats are scaled to 8 bits (0 to 1, or the range given as `min` and `max` in the description), labels take 16 bits,
 /// or 32 where they must. The origin stands in the description as `xorigin`, `yorigin` and `zorigin`, in voxels. Files of
@@ -45,8 +48,7 @@ pub fn write_tiff(volume: &Volume, map: &Map, out: &mut (impl Write + Seek)) -> 
     let pixels = if wide { None } else { Some(Pixels::of_map(map)?) };
     let bits = pixels.as_ref().map_or(32, |p| u64::from(p.bits()));
     let bytes = (map.samples.len() as u64).saturating_mul(bits / 8);
-    // A page's tags take less than 1 KiB.
-    if bytes.saturating_add((volume.size[2] as u64).saturating_mul(1024)) < u64::from(u32::MAX) {
+    if bytes.saturating_add((volume.size[2] as u64).saturating_mul(TAG_BYTES)) < u64::from(u32::MAX) {
         write_pages(TiffEncoder::new(out).map_err(to_io)?, volume, map, pixels.as_ref())
     } else {
         write_pages(TiffEncoder::new_big(out).map_err(to_io)?, volume, map, pixels.as_ref())
@@ -59,7 +61,9 @@ fn write_pages<W: Write + Seek, K: TiffKind>(
     map: &Map,
     pixels: Option<&Pixels<'_>>,
 ) -> io::Result<()> {
-    let text = description(volume, pixels.and_then(Pixels::range));
+    let bits = pixels.map_or(32, |p| u64::from(p.bits()));
+    let bytes = (map.samples.len() as u64).saturating_mul(bits / 8);
+    let text = description(volume, pixels.and_then(Pixels::range), bytes);
     let samples_per_page = volume.size[0].saturating_mul(volume.size[1]).saturating_mul(map.channels);
     let mut bytes = Vec::new();
     for z in 0..volume.size[2] {
@@ -120,10 +124,16 @@ where
     page.finish().map_err(to_io)
 }
 
-fn description(volume: &Volume, range: Option<(f32, f32)>) -> String {
+/// ImageJ's description of a stack, but for `images`: that would promise pixels without tags between the pages.
+///
+/// Readers that see as many bytes before the second page as the whole stack has take them for such pixels all the same:
+/// stacks smaller than a page's tags do not claim to be ImageJ's.
+fn description(volume: &Volume, range: Option<(f32, f32)>, bytes: u64) -> String {
     let ([_, _, slices], [_, _, spacing], [x, y, z]) = (volume.size, volume.spacing, volume.origin);
+    let later_pages = bytes / slices.max(1) as u64 * slices.saturating_sub(1) as u64;
+    let program = if later_pages < TAG_BYTES { "Breccia" } else { "ImageJ=1.53t" };
     let mut text = format!(
-        "ImageJ=1.53t\nimages={slices}\nslices={slices}\nunit=unit\nspacing={spacing}\nloop=false\n\
+        "{program}\nslices={slices}\nunit=unit\nspacing={spacing}\nloop=false\n\
          xorigin={x}\nyorigin={y}\nzorigin={z}\n"
     );
     if let Some((lo, hi)) = range {
