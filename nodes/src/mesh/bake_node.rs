@@ -27,7 +27,13 @@ impl Node for Bake {
             .input("solid", "solid", "What it is to be carved out of.")
             .output("mesh", "mesh", "The mesh with a texture for each map of the solid.");
         with_resolution(spec)
-            .int("texture_size", 1..=i64::from(MAX_TEXTURE), 2048, "texels", "Texels along a side of the textures.")
+            .int(
+                "texture_size",
+                1..=i64::from(MAX_TEXTURE),
+                2048,
+                "texels",
+                "Texels along a side of the textures.",
+            )
             .choice("filter", FILTERS, "How samples between voxel centres are found.")
             .int("gutter", 0..=256, 8, "texels", "How far colours are spread beyond the borders of charts.")
     }
@@ -60,13 +66,21 @@ pub(super) fn with_resolution(spec: NodeSpec) -> NodeSpec {
         "voxels",
         "Voxels along the longest side of the mesh's bounding box.",
     )
-    .param("origin", kind, zero, "voxels", "The voxel at the smallest corner of the mesh's bounding box.")
+    .param(
+        "origin",
+        kind,
+        zero,
+        "voxels",
+        "The voxel at the smallest corner of the mesh's bounding box.",
+    )
 }
 
 pub(super) fn origin(context: &Context<'_>) -> Result<[i32; 3], NodeError> {
     let found = context.ints("origin")?;
     let numbers: Vec<i32> = found.iter().filter_map(|&c| i32::try_from(c).ok()).collect();
-    numbers.try_into().map_err(|_| NodeError::Failed(format!("origin {found:?} is not three voxel coordinates")))
+    numbers
+        .try_into()
+        .map_err(|_| NodeError::Failed(format!("origin {found:?} is not three voxel coordinates")))
 }
 
 pub(super) fn filter(context: &Context<'_>) -> Result<Filter, NodeError> {

@@ -6,7 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::control::{Cancelled, Control, check};
-use crate::data::{BRICK_VOXELS, Map, MapInfo, Samples, Solid, SolidError, SampleType, VoxelMap, VoxelSet};
+use crate::data::{BRICK_VOXELS, Map, MapInfo, SampleType, Samples, Solid, SolidError, VoxelMap, VoxelSet};
 
 /// How samples between voxel centres are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +25,9 @@ pub enum SampleError {
     #[error(transparent)]
     Solid(#[from] SolidError),
     /// The points are too many, or spread too far, for the sort that orders them.
-    #[error("{points} points spread over {blocks} blocks of {block} voxels a side are too many; lower the resolution")]
+    #[error(
+        "{points} points spread over {blocks} blocks of {block} voxels a side are too many; lower the resolution"
+    )]
     TooLarge {
         /// How many points.
         points: usize,
@@ -98,7 +100,9 @@ pub fn sample_solid(
         check(control)?;
         let points: Vec<Point> = order.keys[range.clone()]
             .par_iter()
-            .map(|&key| support(at(order.point(key)), filter).unwrap_or(Point { base: [0; 3], fraction: [0.0; 3] }))
+            .map(|&key| {
+                support(at(order.point(key)), filter).unwrap_or(Point { base: [0; 3], fraction: [0.0; 3] })
+            })
             .collect();
         let answer = solid.evaluate(&needed(&points, filter), control)?;
         check(control)?;
@@ -146,7 +150,8 @@ impl Order {
         };
         let first = extremes(i32::min, i32::MAX).map(|c| c >> block_shift);
         let last = extremes(i32::max, i32::MIN).map(|c| c >> block_shift);
-        let spans: [u64; 3] = std::array::from_fn(|i| (i64::from(last[i]) - i64::from(first[i]) + 1).max(1) as u64);
+        let spans: [u64; 3] =
+            std::array::from_fn(|i| (i64::from(last[i]) - i64::from(first[i]) + 1).max(1) as u64);
         let blocks = spans.iter().fold(1u64, |a, &b| a.saturating_mul(b));
         let bits = |n: u64| u64::BITS - n.saturating_sub(1).leading_zeros();
         let (point_bits, brick_bits) = (bits(count as u64), 3 * (block_shift - 3));
@@ -279,9 +284,12 @@ impl<'a> Corners<'a> {
             let [x, y, z]: [usize; 3] = std::array::from_fn(|i| local[i] + step[i]);
             let slot = self.slots[x >> 3 | (y >> 3) << 1 | (z >> 3) << 2]?;
             entries[corner] = slot * BRICK_VOXELS + (x & 7 | (y & 7) << 3 | (z & 7) << 6);
-            let [wx, wy, wz]: [f32; 3] = std::array::from_fn(|i| {
-                if step[i] == 1 { point.fraction[i] } else { 1.0 - point.fraction[i] }
-            });
+            let [wx, wy, wz]: [f32; 3] =
+                std::array::from_fn(
+                    |i| {
+                        if step[i] == 1 { point.fraction[i] } else { 1.0 - point.fraction[i] }
+                    },
+                );
             weights[corner] = if corners == 1 { 1.0 } else { wx * wy * wz };
         }
         Some((entries, weights))
@@ -289,16 +297,32 @@ impl<'a> Corners<'a> {
 }
 
 /// Fills a map's entries of `range`; false if the answer lacks a voxel.
-fn fill(map: &mut Map, range: &Range<usize>, points: &[Point], answer: &VoxelMap, source: &Map, filter: Filter) -> bool {
+fn fill(
+    map: &mut Map,
+    range: &Range<usize>,
+    points: &[Point],
+    answer: &VoxelMap,
+    source: &Map,
+    filter: Filter,
+) -> bool {
     let channels = map.channels;
     let unit = map.name == "normal" && channels >= 3;
     let span = range.start * channels..range.end * channels;
     match (&mut map.samples, &source.samples) {
         (Samples::U8(out), Samples::U8(source)) => {
             let Some(out) = out.get_mut(span) else { return false };
-            fill_as(out, channels, points, answer, source, filter, unit, f32::from, |v| {
-                (v + 0.5).clamp(0.0, 255.0) as u8
-            }, 255.0)
+            fill_as(
+                out,
+                channels,
+                points,
+                answer,
+                source,
+                filter,
+                unit,
+                f32::from,
+                |v| (v + 0.5).clamp(0.0, 255.0) as u8,
+                255.0,
+            )
         }
         (Samples::F32(out), Samples::F32(source)) => {
             let Some(out) = out.get_mut(span) else { return false };
@@ -322,30 +346,31 @@ fn fill_as<T: Copy + Send + Sync>(
     full: f32,
 ) -> bool {
     let chunks = out.par_chunks_mut(CHUNK * channels).zip(points.par_chunks(CHUNK));
-    chunks.map(|(out, points)| {
-        let mut corners = Corners::new(answer, filter);
-        for (out, point) in out.chunks_exact_mut(channels).zip(points) {
-            let Some((entries, weights)) = corners.of(point) else { return false };
-            if filter == Filter::Nearest {
-                let from = entries[0] * channels;
-                let Some(voxel) = source.get(from..from + channels) else { return false };
-                out.copy_from_slice(voxel);
-                continue;
+    chunks
+        .map(|(out, points)| {
+            let mut corners = Corners::new(answer, filter);
+            for (out, point) in out.chunks_exact_mut(channels).zip(points) {
+                let Some((entries, weights)) = corners.of(point) else { return false };
+                if filter == Filter::Nearest {
+                    let from = entries[0] * channels;
+                    let Some(voxel) = source.get(from..from + channels) else { return false };
+                    out.copy_from_slice(voxel);
+                    continue;
+                }
+                let mut sums = [0.0f32; 4];
+                for (entry, weight) in entries.iter().zip(weights) {
+                    let from = entry * channels;
+                    let Some(voxel) = source.get(from..from + channels) else { return false };
+                    sums.iter_mut().zip(voxel).for_each(|(sum, &v)| *sum += weight * read(v));
+                }
+                if unit {
+                    renormalize(&mut sums, full);
+                }
+                out.iter_mut().zip(sums).for_each(|(out, sum)| *out = write(sum));
             }
-            let mut sums = [0.0f32; 4];
-            for (entry, weight) in entries.iter().zip(weights) {
-                let from = entry * channels;
-                let Some(voxel) = source.get(from..from + channels) else { return false };
-                sums.iter_mut().zip(voxel).for_each(|(sum, &v)| *sum += weight * read(v));
-            }
-            if unit {
-                renormalize(&mut sums, full);
-            }
-            out.iter_mut().zip(sums).for_each(|(out, sum)| *out = write(sum));
-        }
-        true
-    })
-    .reduce(|| true, |a, b| a && b)
+            true
+        })
+        .reduce(|| true, |a, b| a && b)
 }
 
 /// Gives a normal stored as (n + 1) / 2 · full unit length again.

@@ -46,11 +46,7 @@ impl Space {
     ///
     /// # Errors
     /// If a number is out of its range or the box has no size.
-    pub fn new(
-        bounds: ([f32; 3], [f32; 3]),
-        resolution: u32,
-        origin: [i32; 3],
-    ) -> Result<Self, SpaceError> {
+    pub fn new(bounds: ([f32; 3], [f32; 3]), resolution: u32, origin: [i32; 3]) -> Result<Self, SpaceError> {
         let (lo, hi) = bounds;
         if resolution == 0 || resolution > MAX_RESOLUTION {
             return Err(SpaceError::Resolution(resolution));

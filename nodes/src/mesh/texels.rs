@@ -36,19 +36,21 @@ pub fn cover(uvs: &[[f32; 2]], triangles: &[[u32; 3]], size: usize) -> Vec<u32> 
         }
     }
     let mut owner = vec![NONE; size * size];
-    owner.par_chunks_mut((BAND * size).max(1)).zip(&bands).enumerate().for_each(|(band, (rows, triangles))| {
-        for (t, corners) in triangles {
-            for (row, texels) in rows.chunks_exact_mut(size).enumerate() {
-                let y = (band * BAND + row) as f64 + 0.5;
-                let Some((from, to)) = span(corners, y, size) else { continue };
-                for texel in &mut texels[from..to] {
-                    if *texel == NONE {
-                        *texel = *t;
+    owner.par_chunks_mut((BAND * size).max(1)).zip(&bands).enumerate().for_each(
+        |(band, (rows, triangles))| {
+            for (t, corners) in triangles {
+                for (row, texels) in rows.chunks_exact_mut(size).enumerate() {
+                    let y = (band * BAND + row) as f64 + 0.5;
+                    let Some((from, to)) = span(corners, y, size) else { continue };
+                    for texel in &mut texels[from..to] {
+                        if *texel == NONE {
+                            *texel = *t;
+                        }
                     }
                 }
             }
-        }
-    });
+        },
+    );
     let mut covered = vec![false; triangles.len()];
     for &t in &owner {
         if let Some(covered) = covered.get_mut(t as usize) {
@@ -57,7 +59,8 @@ pub fn cover(uvs: &[[f32; 2]], triangles: &[[u32; 3]], size: usize) -> Vec<u32> 
     }
     for (t, triangle) in triangles.iter().enumerate().filter(|&(t, _)| !covered[t]) {
         let Some(corners) = corners(triangle) else { continue };
-        let [x, y] = [0, 1].map(|i| ((corners[0][i] + corners[1][i] + corners[2][i]) / 3.0).max(0.0) as usize);
+        let [x, y] =
+            [0, 1].map(|i| ((corners[0][i] + corners[1][i] + corners[2][i]) / 3.0).max(0.0) as usize);
         let texel = &mut owner[y.min(size - 1) * size + x.min(size - 1)];
         if *texel == NONE {
             *texel = t as u32;
@@ -107,9 +110,8 @@ pub fn position(mesh: &Mesh, triangle: u32, texel: usize, size: usize) -> [f64; 
     };
     let [(a, pa), (b, pb), (c, pc)] = corners.map(get);
     let p = [(texel % size) as f64 + 0.5, (texel / size) as f64 + 0.5];
-    let cross = |u: [f64; 2], v: [f64; 2], w: [f64; 2]| {
-        (v[0] - u[0]) * (w[1] - u[1]) - (v[1] - u[1]) * (w[0] - u[0])
-    };
+    let cross =
+        |u: [f64; 2], v: [f64; 2], w: [f64; 2]| (v[0] - u[0]) * (w[1] - u[1]) - (v[1] - u[1]) * (w[0] - u[0]);
     let area = cross(a, b, c);
     let mut weights = [1.0 / 3.0; 3];
     if area != 0.0 {

@@ -121,7 +121,8 @@ fn charts(mesh: &Mesh, settings: UnwrapSettings) -> Option<Layout> {
     let output = atlas.meshes.first()?;
     // A page is cropped to the rows in use; several pages become squares of one texture.
     let side = (1u32..).find(|s| s * s >= atlas.page_count)?;
-    let scale = [atlas.width, atlas.height].map(|n| n as f32 / page_size.max(atlas.width).max(atlas.height) as f32);
+    let scale =
+        [atlas.width, atlas.height].map(|n| n as f32 / page_size.max(atlas.width).max(atlas.height) as f32);
     let uv = |vertex: &uvunwrap::OutputVertex| {
         let page = vertex.page.unwrap_or(0);
         let cell = [page % side, page / side];
@@ -162,7 +163,8 @@ fn grid(mesh: &Mesh, settings: UnwrapSettings) -> Result<Mesh, UnwrapError> {
     let sources: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
     let triangles = (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     let mut out = with_vertices(mesh, &sources, uvs, triangles);
-    out.notes.push("every triangle became a chart of its own, since no larger charts could be made".to_owned());
+    out.notes
+        .push("every triangle became a chart of its own, since no larger charts could be made".to_owned());
     Ok(out)
 }
 
