@@ -119,10 +119,10 @@ fn triangulate(cap: &mut Cap, edges: &[[u32; 2]], size: f64, to_world: impl Fn([
         handles.push(cdt.insert(Vertex { at: Point2::new(x, y), point: Some(i as u32) }).ok());
     }
     for &[a, b] in edges {
-        if let (Some(a), Some(b)) = (handles[a as usize], handles[b as usize]) {
-            if a != b {
-                cdt.add_constraint_and_split(a, b, |at| Vertex { at, point: None });
-            }
+        if let (Some(a), Some(b)) = (handles[a as usize], handles[b as usize])
+            && a != b
+        {
+            cdt.add_constraint_and_split(a, b, |at| Vertex { at, point: None });
         }
     }
     // Vertices where outlines cross become points of their own.

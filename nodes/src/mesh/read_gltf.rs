@@ -23,14 +23,12 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     let mut buffers = Vec::new();
     for buffer in document.buffers() {
         let place = format!("buffer {}", buffer.index());
-        if let gltf::buffer::Source::Uri(uri) = buffer.source() {
-            if !uri.starts_with("data:") {
-                let shown: String = uri.chars().take(80).collect();
-                return Err(error(
-                    place,
-                    format!("its data lies in another file, `{shown}`; save as GLB instead"),
-                ));
-            }
+        if let gltf::buffer::Source::Uri(uri) = buffer.source()
+            && !uri.starts_with("data:")
+        {
+            let shown: String = uri.chars().take(80).collect();
+            let problem = format!("its data lies in another file, `{shown}`; save as GLB instead");
+            return Err(error(place, problem));
         }
         let data = gltf::buffer::Data::from_source_and_blob(buffer.source(), None, &mut blob)
             .map_err(|e| error(&place, e.to_string()))?;

@@ -40,8 +40,11 @@ pub enum SampleError {
     #[error("point {0} has no voxel: its coordinates are not finite or beyond ±2³¹")]
     OutOfRange(usize),
     /// The solid's answer lacks what was asked for.
-    #[error("the solid's answer lacks map `{0}` or some of its voxels")]
+    #[error("the solid's answer lacks map `{0}`, or holds it in another form than declared")]
     Incomplete(String),
+    /// The solid's answer lacks voxels.
+    #[error("the solid's answer lacks some of the voxels it was asked for")]
+    MissingVoxels,
 }
 
 impl From<Cancelled> for SampleError {
@@ -65,6 +68,8 @@ pub fn filterable(maps: Vec<MapInfo>) -> Vec<MapInfo> {
 
 /// Points handed to a thread at once.
 const CHUNK: usize = 8192;
+/// Points whose corners are held at once.
+const PART: usize = 1 << 18;
 
 /// A point: the voxel at the low corner of its filter's support, and its position in that.
 #[derive(Clone, Copy)]
@@ -75,7 +80,7 @@ struct Point {
 
 /// Samples `solid` at the `count` points `at(0)`, `at(1)`, … given in voxel coordinates.
 ///
-/// Voxels are asked for in cubes of `block` voxels a side (a power of two, at least 8); the result does
+/// Voxels are asked for in cubes of `block` voxels a side (a power of two from 8 to 1024); the result does
 /// not depend on it.
 ///
 /// # Errors
@@ -106,13 +111,16 @@ pub fn sample_solid(
             .collect();
         let answer = solid.evaluate(&needed(&points, filter), control)?;
         check(control)?;
-        for map in &mut sampled.maps {
-            let source = answer.map(&map.name).filter(|source| source.info() == map.info());
-            let incomplete = || SampleError::Incomplete(map.name.clone());
-            let source = source.ok_or_else(incomplete)?;
-            if !fill(map, &range, &points, &answer, source, filter) {
-                return Err(SampleError::Incomplete(map.name.clone()));
+        for from in (0..points.len()).step_by(PART) {
+            let part = &points[from..points.len().min(from + PART)];
+            let corners = locate(part, &answer, filter).ok_or(SampleError::MissingVoxels)?;
+            for map in &mut sampled.maps {
+                let source = answer.map(&map.name).filter(|source| source.info() == map.info());
+                if !source.is_some_and(|source| fill(map, range.start + from, &corners, source, filter)) {
+                    return Err(SampleError::Incomplete(map.name.clone()));
+                }
             }
+            check(control)?;
         }
         control.progress(range.end as f32 / count as f32);
     }
@@ -134,7 +142,7 @@ impl Order {
         block: u32,
         control: &dyn Control,
     ) -> Result<Self, SampleError> {
-        let block_shift = block.clamp(8, 1 << 16).next_power_of_two().trailing_zeros();
+        let block_shift = block.clamp(8, 1 << 10).next_power_of_two().trailing_zeros();
         let mut bases = Vec::new();
         bases.resize(count, [0i32; 3]);
         bases.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, bases)| {
@@ -197,8 +205,8 @@ impl Order {
 /// The voxel at the low corner of the filter's support and the weights' fractions.
 fn support(coordinates: [f64; 3], filter: Filter) -> Option<Point> {
     let mut point = Point { base: [0; 3], fraction: [0.0; 3] };
-    for i in 0..3 {
-        let c = if filter == Filter::Trilinear { coordinates[i] - 0.5 } else { coordinates[i] };
+    for (i, c) in coordinates.into_iter().enumerate() {
+        let c = if filter == Filter::Trilinear { c - 0.5 } else { c };
         let floor = c.floor();
         // A margin of one brick keeps the neighbours' numbers in range, too.
         if !(floor > f64::from(i32::MIN) + 16.0 && floor < f64::from(i32::MAX) - 16.0) {
@@ -253,131 +261,119 @@ fn brick(point: &Point) -> [i32; 3] {
     point.base.map(|c| c >> 3)
 }
 
-/// The entries of a point's voxels in the answer, with their weights.
-struct Corners<'a> {
-    answer: &'a VoxelMap,
-    filter: Filter,
-    brick: Option<[i32; 3]>,
-    slots: [Option<usize>; 8],
+/// The entries of a point's voxels in the answer, and their weights; only the first for [`Filter::Nearest`].
+#[derive(Clone, Copy, Default)]
+struct Corners {
+    entries: [u32; 8],
+    weights: [f32; 8],
 }
 
-impl<'a> Corners<'a> {
-    fn new(answer: &'a VoxelMap, filter: Filter) -> Self {
-        Self { answer, filter, brick: None, slots: [None; 8] }
-    }
-
-    /// Entry and weight of each voxel, weights last; `None` if the answer lacks a voxel.
-    fn of(&mut self, point: &Point) -> Option<([usize; 8], [f32; 8])> {
-        let brick = brick(point);
-        if self.brick != Some(brick) {
-            self.brick = Some(brick);
-            self.slots = std::array::from_fn(|octant| {
-                let step = [octant & 1, octant >> 1 & 1, octant >> 2];
-                self.answer.slot(std::array::from_fn(|i| brick[i] + step[i] as i32))
+/// The corners of all points, or `None` if the answer lacks a voxel.
+fn locate(points: &[Point], answer: &VoxelMap, filter: Filter) -> Option<Vec<Corners>> {
+    let mut corners = vec![Corners::default(); points.len()];
+    let chunks = corners.par_chunks_mut(CHUNK).zip(points.par_chunks(CHUNK));
+    let complete = chunks.map(|(corners, points)| {
+        let mut at = 0;
+        for run in points.chunk_by(|a, b| brick(a) == brick(b)) {
+            let Some(first) = run.first() else { continue };
+            let slots: [Option<usize>; 8] = std::array::from_fn(|octant| {
+                let ([x, y, z], octant) = (brick(first), octant as i32);
+                answer.slot([x + (octant & 1), y + (octant >> 1 & 1), z + (octant >> 2)])
             });
+            for point in run {
+                let Some(found) = corners_of(point, &slots, filter) else { return false };
+                corners[at] = found;
+                at += 1;
+            }
         }
-        let local = point.base.map(|c| (c & 7) as usize);
-        let (mut entries, mut weights) = ([0; 8], [0.0; 8]);
-        let corners = if self.filter == Filter::Trilinear { 8 } else { 1 };
-        for corner in 0..corners {
-            let step = [corner & 1, corner >> 1 & 1, corner >> 2];
-            let [x, y, z]: [usize; 3] = std::array::from_fn(|i| local[i] + step[i]);
-            let slot = self.slots[x >> 3 | (y >> 3) << 1 | (z >> 3) << 2]?;
-            entries[corner] = slot * BRICK_VOXELS + (x & 7 | (y & 7) << 3 | (z & 7) << 6);
-            let [wx, wy, wz]: [f32; 3] =
-                std::array::from_fn(
-                    |i| {
-                        if step[i] == 1 { point.fraction[i] } else { 1.0 - point.fraction[i] }
-                    },
-                );
-            weights[corner] = if corners == 1 { 1.0 } else { wx * wy * wz };
-        }
-        Some((entries, weights))
-    }
+        true
+    });
+    complete.reduce(|| true, |a, b| a && b).then_some(corners)
 }
 
-/// Fills a map's entries of `range`; false if the answer lacks a voxel.
-fn fill(
-    map: &mut Map,
-    range: &Range<usize>,
-    points: &[Point],
-    answer: &VoxelMap,
-    source: &Map,
-    filter: Filter,
-) -> bool {
+/// A point's corners, given the slots of its brick and of its seven upper neighbours.
+fn corners_of(point: &Point, slots: &[Option<usize>; 8], filter: Filter) -> Option<Corners> {
+    let local = point.base.map(|c| (c & 7) as usize);
+    let mut found = Corners::default();
+    let count = if filter == Filter::Trilinear { 8 } else { 1 };
+    for corner in 0..count {
+        let step = [corner & 1, corner >> 1 & 1, corner >> 2];
+        let [x, y, z]: [usize; 3] = std::array::from_fn(|i| local[i] + step[i]);
+        let slot = slots[x >> 3 | (y >> 3) << 1 | (z >> 3) << 2]?;
+        let entry = slot * BRICK_VOXELS + (x & 7 | (y & 7) << 3 | (z & 7) << 6);
+        found.entries[corner] = u32::try_from(entry).ok()?;
+        let [wx, wy, wz]: [f32; 3] =
+            std::array::from_fn(|i| if step[i] == 1 { point.fraction[i] } else { 1.0 - point.fraction[i] });
+        found.weights[corner] = wx * wy * wz;
+    }
+    Some(found)
+}
+
+/// Fills a map's entries from `first` on; false if the source is too short or of another type.
+fn fill(map: &mut Map, first: usize, corners: &[Corners], source: &Map, filter: Filter) -> bool {
     let channels = map.channels;
     let unit = map.name == "normal" && channels >= 3;
-    let span = range.start * channels..range.end * channels;
+    let span = first * channels..(first + corners.len()) * channels;
     match (&mut map.samples, &source.samples) {
-        (Samples::U8(out), Samples::U8(source)) => {
-            let Some(out) = out.get_mut(span) else { return false };
+        (Samples::U8(out), Samples::U8(source)) => out.get_mut(span).is_some_and(|out| {
+            let write = |v: f32| (v + 0.5).clamp(0.0, 255.0) as u8;
+            fill_as(out, channels, corners, source, filter, f32::from, |sums| {
+                if unit { renormalize(sums, 255.0).map(write) } else { sums.map(write) }
+            })
+        }),
+        (Samples::F32(out), Samples::F32(source)) => out.get_mut(span).is_some_and(|out| {
             fill_as(
                 out,
                 channels,
-                points,
-                answer,
+                corners,
                 source,
                 filter,
-                unit,
-                f32::from,
-                |v| (v + 0.5).clamp(0.0, 255.0) as u8,
-                255.0,
+                |v| v,
+                |sums| {
+                    if unit { renormalize(sums, 1.0) } else { sums }
+                },
             )
-        }
-        (Samples::F32(out), Samples::F32(source)) => {
-            let Some(out) = out.get_mut(span) else { return false };
-            fill_as(out, channels, points, answer, source, filter, unit, |v| v, |v| v, 1.0)
-        }
+        }),
         _ => false,
     }
 }
 
-#[expect(clippy::too_many_arguments, reason = "one loop serves both sample types")]
 fn fill_as<T: Copy + Send + Sync>(
     out: &mut [T],
     channels: usize,
-    points: &[Point],
-    answer: &VoxelMap,
+    corners: &[Corners],
     source: &[T],
     filter: Filter,
-    unit: bool,
     read: impl Fn(T) -> f32 + Sync,
-    write: impl Fn(f32) -> T + Sync,
-    full: f32,
+    write: impl Fn([f32; 4]) -> [T; 4] + Sync,
 ) -> bool {
-    let chunks = out.par_chunks_mut(CHUNK * channels).zip(points.par_chunks(CHUNK));
-    chunks
-        .map(|(out, points)| {
-            let mut corners = Corners::new(answer, filter);
-            for (out, point) in out.chunks_exact_mut(channels).zip(points) {
-                let Some((entries, weights)) = corners.of(point) else { return false };
-                if filter == Filter::Nearest {
-                    let from = entries[0] * channels;
-                    let Some(voxel) = source.get(from..from + channels) else { return false };
-                    out.copy_from_slice(voxel);
-                    continue;
-                }
-                let mut sums = [0.0f32; 4];
-                for (entry, weight) in entries.iter().zip(weights) {
-                    let from = entry * channels;
-                    let Some(voxel) = source.get(from..from + channels) else { return false };
-                    sums.iter_mut().zip(voxel).for_each(|(sum, &v)| *sum += weight * read(v));
-                }
-                if unit {
-                    renormalize(&mut sums, full);
-                }
-                out.iter_mut().zip(sums).for_each(|(out, sum)| *out = write(sum));
+    let chunks = out.par_chunks_mut(CHUNK * channels).zip(corners.par_chunks(CHUNK));
+    let complete = chunks.map(|(out, corners)| {
+        for (out, Corners { entries, weights }) in out.chunks_exact_mut(channels).zip(corners) {
+            let voxel = |entry: u32| source.get(entry as usize * channels..(entry as usize + 1) * channels);
+            if filter == Filter::Nearest {
+                let Some(voxel) = voxel(entries[0]) else { return false };
+                out.copy_from_slice(voxel);
+                continue;
             }
-            true
-        })
-        .reduce(|| true, |a, b| a && b)
+            let mut sums = [0.0f32; 4];
+            for (&entry, weight) in entries.iter().zip(weights) {
+                let Some(voxel) = voxel(entry) else { return false };
+                sums.iter_mut().zip(voxel).for_each(|(sum, &v)| *sum += weight * read(v));
+            }
+            out.iter_mut().zip(write(sums)).for_each(|(out, v)| *out = v);
+        }
+        true
+    });
+    complete.reduce(|| true, |a, b| a && b)
 }
 
 /// Gives a normal stored as (n + 1) / 2 · full unit length again.
-fn renormalize(stored: &mut [f32; 4], full: f32) {
+fn renormalize(mut stored: [f32; 4], full: f32) -> [f32; 4] {
     let n: [f32; 3] = std::array::from_fn(|i| stored[i] / full * 2.0 - 1.0);
     let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
     if length > 1e-6 {
         (0..3).for_each(|i| stored[i] = (n[i] / length * 0.5 + 0.5) * full);
     }
+    stored
 }

@@ -31,8 +31,8 @@ pub fn cover(uvs: &[[f32; 2]], triangles: &[[u32; 3]], size: usize) -> Vec<u32> 
             continue;
         }
         let last = (hi as usize / BAND).min(bands.len() - 1);
-        for band in (lo.max(0.0) as usize / BAND)..=last {
-            bands[band].push((t as u32, corners));
+        for band in bands.iter_mut().take(last + 1).skip(lo.max(0.0) as usize / BAND) {
+            band.push((t as u32, corners));
         }
     }
     let mut owner = vec![NONE; size * size];
@@ -148,10 +148,10 @@ pub fn nearest_covered(owner: &[u32], size: usize, reach: u32) -> Vec<u32> {
             if owner[x] != NONE {
                 next = Some(x);
             }
-            if let Some(n) = next.filter(|n| n - x <= reach) {
-                if columns[x] == NONE || n - x < x - columns[x] as usize {
-                    columns[x] = n as u32;
-                }
+            if let Some(n) = next.filter(|n| n - x <= reach)
+                && (columns[x] == NONE || n - x < x - columns[x] as usize)
+            {
+                columns[x] = n as u32;
             }
         }
     });

@@ -88,7 +88,7 @@ pub(super) fn encode_png(name: &str, image: &Image) -> Result<Vec<u8>, String> {
         Samples::U8(bytes) => bytes.clone(),
         Samples::F32(linear) if name == "color" => {
             let channels = image.channels();
-            let has_alpha = channels % 2 == 0;
+            let has_alpha = channels.is_multiple_of(2);
             let encode = |(i, &v): (usize, &f32)| {
                 if has_alpha && i % channels == channels - 1 {
                     (v * 255.0 + 0.5).clamp(0.0, 255.0) as u8
