@@ -21,6 +21,11 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Texture maps by name (`color`, `normal`, `roughness`, …), laid out by `uvs`.
     pub textures: Vec<(String, Image)>,
+    /// The bounding box that voxel space refers to where it is not the mesh's own: a part cut from a mesh
+    /// keeps the box of the whole, so that one solid runs through all parts without a break.
+    pub space_bounds: Option<([f32; 3], [f32; 3])>,
+    /// What was repaired or left undone on the way here, one sentence each, for people to read.
+    pub notes: Vec<String>,
 }
 
 impl Mesh {
@@ -30,6 +35,11 @@ impl Mesh {
         Some(self.positions.iter().fold((first, first), |(lo, hi), p| {
             (std::array::from_fn(|i| lo[i].min(p[i])), std::array::from_fn(|i| hi[i].max(p[i])))
         }))
+    }
+
+    /// The bounding box that voxel space refers to: that of the whole the mesh was cut from, or its own.
+    pub fn voxel_bounds(&self) -> Option<([f32; 3], [f32; 3])> {
+        self.space_bounds.or_else(|| self.bounds())
     }
 
     /// The texture of that name.
@@ -59,6 +69,9 @@ impl Data for Mesh {
         for (name, image) in &self.textures {
             text += &format!(", {name} {}", image.summary());
         }
+        for note in &self.notes {
+            text += &format!("; {note}");
+        }
         text
     }
 
@@ -80,10 +93,18 @@ impl Data for Mesh {
             uvs: reader.array()?,
             colors: reader.array()?,
             triangles: reader.array()?,
-            textures: Vec::new(),
+            ..Self::default()
         };
         for _ in 0..reader.u64()? {
             mesh.textures.push((reader.text()?, Image::decode(reader.bytes()?)?));
+        }
+        mesh.space_bounds = match reader.array::<[[f32; 3]; 2]>()?[..] {
+            [] => None,
+            [[lo, hi]] => Some((lo, hi)),
+            _ => return Err("a mesh has more than one bounding box".to_owned()),
+        };
+        for _ in 0..reader.u64()? {
+            mesh.notes.push(reader.text()?);
         }
         reader.end()?;
         Ok(mesh)
@@ -96,6 +117,11 @@ fn encode(mesh: &Mesh) -> Vec<u8> {
     out.array(&mesh.colors).array(&mesh.triangles).u64(mesh.textures.len() as u64);
     for (name, image) in &mesh.textures {
         out.text(name).bytes(&image.encode().unwrap_or_default());
+    }
+    let bounds: Vec<_> = mesh.space_bounds.iter().map(|&(lo, hi)| [lo, hi]).collect();
+    out.array(&bounds).u64(mesh.notes.len() as u64);
+    for note in &mesh.notes {
+        out.text(note);
     }
     out.finish()
 }
