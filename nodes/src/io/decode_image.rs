@@ -29,7 +29,7 @@ pub fn decode_image(bytes: &[u8], encoding: Encoding, limits: &ReadLimits) -> Re
         return Err(ReadError::Empty);
     }
     if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        return decode_exr(bytes, limits);
+        return fenced("OpenEXR", || decode_exr(bytes, limits));
     }
     let (format, name) = match image::guess_format(bytes) {
         Ok(ImageFormat::Png) => (ImageFormat::Png, "PNG"),
@@ -40,7 +40,7 @@ pub fn decode_image(bytes: &[u8], encoding: Encoding, limits: &ReadLimits) -> Re
         _ => return Err(ReadError::unknown(EXPECTED, bytes)),
     };
     if format == ImageFormat::Tiff
-        && let Some(image) = decode_float_tiff(bytes, limits)?
+        && let Some(image) = fenced(name, || decode_float_tiff(bytes, limits))?
     {
         return Ok(image);
     }
@@ -48,7 +48,20 @@ pub fn decode_image(bytes: &[u8], encoding: Encoding, limits: &ReadLimits) -> Re
         // The decoder fills what is missing with grey.
         return Err(ReadError::damaged(name, "the end-of-image marker is missing"));
     }
-    decode_raster(bytes, format, name, encoding, limits)
+    if format == ImageFormat::Png
+        && let Some(length) = png_palette(bytes).filter(|length| !length.is_multiple_of(3))
+    {
+        // The decoder takes it for whole colours, and panics.
+        return Err(ReadError::damaged(name, format!("the palette has {length} bytes, not three a colour")));
+    }
+    fenced(name, || decode_raster(bytes, format, name, encoding, limits))
+}
+
+/// Keeps a decoder's panic on damaged bytes from ending the program. Panics that are known are prevented before.
+fn fenced<T>(format: &'static str, decode: impl FnOnce() -> Result<T, ReadError>) -> Result<T, ReadError> {
+    // Nothing outlives the closure but its result, so that no broken state can be seen.
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(decode))
+        .unwrap_or_else(|_| Err(ReadError::damaged(format, "the decoder failed")))
 }
 
 fn decode_raster(
@@ -109,6 +122,21 @@ pub(super) fn finite(image: Image) -> Result<Image, ReadError> {
         value: samples.get(i).map_or_else(String::new, f32::to_string),
         expected: "every sample must be finite",
     })
+}
+
+/// The length in bytes of a PNG file's palette.
+fn png_palette(bytes: &[u8]) -> Option<u32> {
+    let mut at = 8usize;
+    loop {
+        let (length, rest) = bytes.get(at..)?.split_first_chunk::<4>()?;
+        let length = u32::from_be_bytes(*length);
+        match rest.get(..4)? {
+            b"PLTE" => return Some(length),
+            b"IDAT" => return None,
+            // Length, type and checksum take 12 bytes.
+            _ => at = at.checked_add(length as usize)?.checked_add(12)?,
+        }
+    }
 }
 
 /// Whether a JPEG stream has its end-of-image marker, segment by segment (payloads may hold thumbnails with

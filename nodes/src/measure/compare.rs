@@ -362,7 +362,7 @@ impl Random {
             h = (h ^ h >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
             h ^ h >> 31
         });
-        (u128::from(hash) * n as u128 >> 64) as usize
+        ((u128::from(hash) * n as u128) >> 64) as usize
     }
 }
 

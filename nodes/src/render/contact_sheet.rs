@@ -30,7 +30,7 @@ pub fn contact_sheet(
     control: &dyn Control,
 ) -> Result<Image, RenderError> {
     let oblique = (f64::from(size) * OBLIQUE) as u32;
-    let panel = |voxels: u32| voxels.checked_mul(enlarge).unwrap_or(u32::MAX);
+    let panel = |voxels: u32| voxels.saturating_mul(enlarge);
     let width = panel(size).saturating_mul(3).saturating_add(panel(oblique.max(1))).saturating_add(5 * GAP);
     let picture = [width, panel(size).saturating_add(2 * GAP)];
     check_picture(picture)?;

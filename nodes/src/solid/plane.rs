@@ -269,7 +269,8 @@ mod tests {
         CheckerSolid { colors: [[40, 90, 160], [220, 180, 120]], cell: 3, noise: 25, seed: 9 };
 
     /// What the voxel of a pixel is for each axis, written out by hand.
-    const AXES: [([f64; 3], fn(i32, i32, i32) -> [i32; 3]); 3] = [
+    type VoxelOf = fn(i32, i32, i32) -> [i32; 3];
+    const AXES: [([f64; 3], VoxelOf); 3] = [
         ([0.0, 0.0, 1.0], |at, column, row| [column, row, at]),
         ([0.0, 1.0, 0.0], |at, column, row| [column, at, row]),
         ([1.0, 0.0, 0.0], |at, column, row| [at, column, row]),

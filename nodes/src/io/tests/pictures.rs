@@ -122,6 +122,17 @@ fn palettes_and_few_bits_are_expanded() {
 }
 
 #[test]
+fn a_palette_of_broken_colours_is_an_error() {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, 3, 1);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_palette(vec![1, 2, 3, 4]);
+    encoder.write_header().unwrap().write_image_data(&[0, 0, 1]).unwrap();
+    let error = read(&file).unwrap_err().to_string();
+    assert!(error.contains("4 bytes"), "{error}");
+}
+
+#[test]
 fn every_format_is_told_by_its_content() {
     let picture = ImageBuffer::from_fn(5, 4, |x, y| image::Rgb([x as u8 * 40, y as u8 * 50, 100]));
     for format in [ImageFormat::Png, ImageFormat::Tiff, ImageFormat::Bmp, ImageFormat::WebP] {
