@@ -97,6 +97,34 @@ fn main() {
         let i = map.index(v.map(|c| c.clamp(0, size as i32 - 1))).expect("inside");
         std::array::from_fn(|c| map.maps[0].samples.get_u8(i * 3 + c))
     };
+    if get("--measure").is_some() {
+        let volume = breccia_nodes::data::Volume {
+            size: [size as usize; 3],
+            origin: [0; 3],
+            spacing: [1.0; 3],
+            maps: vec![breccia_nodes::data::Map {
+                name: "color".into(),
+                channels: 3,
+                samples: Samples::U8(
+                    (0..size.pow(3))
+                        .flat_map(|i| at([i % size, i / size % size, i / size / size].map(|c| c as i32)))
+                        .collect(),
+                ),
+            }],
+        };
+        let m = breccia_nodes::measure::QualitySettings::default();
+        let q = breccia_nodes::measure::measure_quality(&volume, &color, &m, &()).expect("measures");
+        println!(
+            "kl {:.3} cov {:.2} con {:.2} fine {:.2} dist {:.2}/{:.2} compl {:.2}",
+            q.color_kl,
+            q.coverage,
+            q.contrast,
+            q.fine_contrast,
+            q.axis_distance,
+            q.oblique_distance,
+            q.axis_completeness
+        );
+    }
     let Some(out) = get("--out") else { return };
     let n = size as i32;
     let zoom = (256 / n).max(1);

@@ -67,18 +67,19 @@ pub struct ViewCandidates {
 }
 
 /// Five pixels along a line, as bytes, padded to the width of a vector.
-pub(super) type Strip = [u8; 4 * N];
+pub(super) type Strip = [u8; 32];
+const STRIP: usize = 4 * N;
 
 /// The pixels along the columns' axis (a piece of a row) around a centre.
 pub(super) fn row_strip(view: &LevelView, pixel: Pixel) -> Strip {
     let (x, y) = (i32::from(pixel & 255), i32::from(pixel >> 8));
-    std::array::from_fn(|i| view.texel(x + i as i32 / 4 - RADIUS, y)[i % 4])
+    std::array::from_fn(|i| if i < STRIP { view.texel(x + i as i32 / 4 - RADIUS, y)[i % 4] } else { 0 })
 }
 
 /// The pixels along the rows' axis (a piece of a column) around a centre.
 pub(super) fn column_strip(view: &LevelView, pixel: Pixel) -> Strip {
     let (x, y) = (i32::from(pixel & 255), i32::from(pixel >> 8));
-    std::array::from_fn(|i| view.texel(x, y + i as i32 / 4 - RADIUS)[i % 4])
+    std::array::from_fn(|i| if i < STRIP { view.texel(x, y + i as i32 / 4 - RADIUS)[i % 4] } else { 0 })
 }
 
 /// Centres of a view with their strips along both axes.

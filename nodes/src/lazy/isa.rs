@@ -2,7 +2,7 @@
 //! integer arithmetic, so every set gives the same bits.
 
 use super::basis::{Basis, DIMS, Descriptor};
-use super::pyramid::N;
+use super::pyramid::{N, Pixel};
 
 /// An instruction set to run a correction with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,12 +42,38 @@ pub(super) unsafe trait Operations: Copy {
     /// See the trait.
     unsafe fn project(basis: &Basis, window: &[u32], at: usize, offsets: &[i32; N * N]) -> Descriptor;
 
-    /// The squared distance of two descriptors.
+    /// The squared distances of `a` to `others[0..2]`, and of `b` to `others[2..4]`.
     ///
     /// # Safety
     /// See the trait.
-    unsafe fn distance(a: &Descriptor, b: &Descriptor) -> i32;
+    unsafe fn distances(a: &Descriptor, b: &Descriptor, others: [&Descriptor; 4]) -> [i32; 4];
+
+    /// Whether a pixel is in a list.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn contains(list: &[Pixel; 16], pixel: Pixel) -> bool;
+
+    /// The pixels one step back from each of sixteen, at the edges as `edges` says.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn step_back(pixels: &[Pixel; 16], edges: &Edges) -> [Pixel; 16];
 }
+
+/// What lies beyond the edges of a view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edges {
+    /// Width and height, if the picture continues at the opposite edge.
+    pub around: Option<[i16; 2]>,
+    /// First and last column, first and last row that can be reached; steps beyond them stay there.
+    pub bounds: [i16; 4],
+}
+
+/// Steps along the columns' axis to the nine neighbours; the rest fills a vector.
+pub(super) const DU: [i16; 16] = [-1, 0, 1, -1, 0, 1, -1, 0, 1, 0, 0, 0, 0, 0, 0, 0];
+/// Steps along the rows' axis.
+pub(super) const DV: [i16; 16] = [-1, -1, -1, 0, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0];
 
 #[derive(Clone, Copy)]
 pub(super) struct Portable;
@@ -60,13 +86,34 @@ unsafe impl Operations for Portable {
     }
 
     #[inline(always)]
-    unsafe fn distance(a: &Descriptor, b: &Descriptor) -> i32 {
-        let mut sum = 0;
-        for d in 0..DIMS {
-            let difference = i16::from(a[d]) - i16::from(b[d]);
-            sum += i32::from(difference) * i32::from(difference);
+    unsafe fn distances(a: &Descriptor, b: &Descriptor, others: [&Descriptor; 4]) -> [i32; 4] {
+        let mut sums = [0; 4];
+        for (i, (sum, other)) in sums.iter_mut().zip(others).enumerate() {
+            let query = if i < 2 { a } else { b };
+            for d in 0..DIMS {
+                let difference = i16::from(query[d]) - i16::from(other[d]);
+                *sum += i32::from(difference) * i32::from(difference);
+            }
         }
-        sum
+        sums
+    }
+
+    #[inline(always)]
+    unsafe fn contains(list: &[Pixel; 16], pixel: Pixel) -> bool {
+        list.contains(&pixel)
+    }
+
+    #[inline(always)]
+    unsafe fn step_back(pixels: &[Pixel; 16], edges: &Edges) -> [Pixel; 16] {
+        let [x0, x1, y0, y1] = edges.bounds;
+        std::array::from_fn(|k| {
+            let (x, y) = ((pixels[k] & 255) as i16 - DU[k], (pixels[k] >> 8) as i16 - DV[k]);
+            let (x, y) = match edges.around {
+                Some([w, h]) => (x.rem_euclid(w), y.rem_euclid(h)),
+                None => (x.clamp(x0, x1), y.clamp(y0, y1)),
+            };
+            (x | y << 8) as Pixel
+        })
     }
 }
 
@@ -77,22 +124,67 @@ pub(super) use x86::{Avx2, Avx512};
 mod x86 {
     use std::arch::x86_64::*;
 
-    use super::{Basis, Descriptor, N, Operations};
+    use super::{Basis, DU, DV, Descriptor, Edges, N, Operations, Pixel};
 
-    /// Squared distance in one 128-bit register: entries are 7 bits, so their differences fit i8 and the sum of
-    /// two squares fits i16.
+    /// Sizes of the differences of two descriptors to two others, which fit 7 bits as the entries do.
     #[inline(always)]
-    unsafe fn distance_128(a: &Descriptor, b: &Descriptor) -> i32 {
-        // SAFETY: descriptors are 16 bytes; callers have SSSE3, which AVX2 implies.
+    unsafe fn sizes(query: __m256i, first: &Descriptor, second: &Descriptor) -> __m256i {
+        // SAFETY: descriptors are 16 bytes; callers have AVX2.
         unsafe {
-            let a = _mm_loadu_si128(a.as_ptr().cast());
-            let b = _mm_loadu_si128(b.as_ptr().cast());
-            let size = _mm_abs_epi8(_mm_sub_epi8(a, b));
-            let pairs = _mm_maddubs_epi16(size, size);
-            let sums = _mm_madd_epi16(pairs, _mm_set1_epi16(1));
-            let sums = _mm_add_epi32(sums, _mm_shuffle_epi32::<0b01_00_11_10>(sums));
-            let sums = _mm_add_epi32(sums, _mm_shuffle_epi32::<0b10_11_00_01>(sums));
-            _mm_cvtsi128_si32(sums)
+            let first = _mm_loadu_si128(first.as_ptr().cast());
+            let second = _mm_loadu_si128(second.as_ptr().cast());
+            _mm256_abs_epi8(_mm256_sub_epi8(query, _mm256_set_m128i(second, first)))
+        }
+    }
+
+    /// A descriptor in both halves of a register.
+    #[inline(always)]
+    unsafe fn twice(descriptor: &Descriptor) -> __m256i {
+        // SAFETY: as above.
+        unsafe { _mm256_broadcastsi128_si256(_mm_loadu_si128(descriptor.as_ptr().cast())) }
+    }
+
+    /// The sums of the four quarters of two registers.
+    #[inline(always)]
+    unsafe fn sum_halves(a: __m256i, b: __m256i) -> [i32; 4] {
+        // SAFETY: as above.
+        unsafe {
+            let pairs = _mm256_hadd_epi32(a, b);
+            let sums = _mm256_hadd_epi32(pairs, pairs);
+            let low = _mm_cvtsi128_si64(_mm256_castsi256_si128(sums));
+            let high = _mm_cvtsi128_si64(_mm256_extracti128_si256::<1>(sums));
+            [low as i32, high as i32, (low >> 32) as i32, (high >> 32) as i32]
+        }
+    }
+
+    /// [`Operations::step_back`] in one register.
+    #[inline(always)]
+    unsafe fn step_back_256(pixels: &[Pixel; 16], edges: &Edges) -> [Pixel; 16] {
+        // SAFETY: as above.
+        unsafe {
+            let pixels = _mm256_loadu_si256(pixels.as_ptr().cast());
+            let du = _mm256_loadu_si256(DU.as_ptr().cast());
+            let dv = _mm256_loadu_si256(DV.as_ptr().cast());
+            let mut x = _mm256_sub_epi16(_mm256_and_si256(pixels, _mm256_set1_epi16(255)), du);
+            let mut y = _mm256_sub_epi16(_mm256_srli_epi16::<8>(pixels), dv);
+            if let Some([w, h]) = edges.around {
+                // One step at most beyond an edge: add the size below 0, subtract it above the last.
+                let (w, h) = (_mm256_set1_epi16(w), _mm256_set1_epi16(h));
+                let one = _mm256_set1_epi16(1);
+                let low = _mm256_and_si256(w, _mm256_srai_epi16::<15>(x));
+                let high = _mm256_and_si256(w, _mm256_cmpgt_epi16(x, _mm256_sub_epi16(w, one)));
+                x = _mm256_sub_epi16(_mm256_add_epi16(x, low), high);
+                let low = _mm256_and_si256(h, _mm256_srai_epi16::<15>(y));
+                let high = _mm256_and_si256(h, _mm256_cmpgt_epi16(y, _mm256_sub_epi16(h, one)));
+                y = _mm256_sub_epi16(_mm256_add_epi16(y, low), high);
+            } else {
+                let [x0, x1, y0, y1] = edges.bounds;
+                x = _mm256_min_epi16(_mm256_max_epi16(x, _mm256_set1_epi16(x0)), _mm256_set1_epi16(x1));
+                y = _mm256_min_epi16(_mm256_max_epi16(y, _mm256_set1_epi16(y0)), _mm256_set1_epi16(y1));
+            }
+            let mut out = [0; 16];
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), _mm256_or_si256(x, _mm256_slli_epi16::<8>(y)));
+            out
         }
     }
 
@@ -126,9 +218,30 @@ mod x86 {
         }
 
         #[inline(always)]
-        unsafe fn distance(a: &Descriptor, b: &Descriptor) -> i32 {
+        unsafe fn distances(a: &Descriptor, b: &Descriptor, others: [&Descriptor; 4]) -> [i32; 4] {
+            // SAFETY: as the trait. Two squares of 7 bits fit i16.
+            unsafe {
+                let ones = _mm256_set1_epi16(1);
+                let a = sizes(twice(a), others[0], others[1]);
+                let b = sizes(twice(b), others[2], others[3]);
+                let a = _mm256_madd_epi16(_mm256_maddubs_epi16(a, a), ones);
+                sum_halves(a, _mm256_madd_epi16(_mm256_maddubs_epi16(b, b), ones))
+            }
+        }
+
+        #[inline(always)]
+        unsafe fn contains(list: &[Pixel; 16], pixel: Pixel) -> bool {
             // SAFETY: as the trait.
-            unsafe { distance_128(a, b) }
+            unsafe {
+                let list = _mm256_loadu_si256(list.as_ptr().cast());
+                _mm256_movemask_epi8(_mm256_cmpeq_epi16(list, _mm256_set1_epi16(pixel as i16))) != 0
+            }
+        }
+
+        #[inline(always)]
+        unsafe fn step_back(pixels: &[Pixel; 16], edges: &Edges) -> [Pixel; 16] {
+            // SAFETY: as the trait.
+            unsafe { step_back_256(pixels, edges) }
         }
     }
 
@@ -179,9 +292,29 @@ mod x86 {
         }
 
         #[inline(always)]
-        unsafe fn distance(a: &Descriptor, b: &Descriptor) -> i32 {
+        unsafe fn distances(a: &Descriptor, b: &Descriptor, others: [&Descriptor; 4]) -> [i32; 4] {
             // SAFETY: as the trait.
-            unsafe { distance_128(a, b) }
+            unsafe {
+                let zero = _mm256_setzero_si256();
+                let a = sizes(twice(a), others[0], others[1]);
+                let b = sizes(twice(b), others[2], others[3]);
+                sum_halves(_mm256_dpbusd_epi32(zero, a, a), _mm256_dpbusd_epi32(zero, b, b))
+            }
+        }
+
+        #[inline(always)]
+        unsafe fn contains(list: &[Pixel; 16], pixel: Pixel) -> bool {
+            // SAFETY: as the trait.
+            unsafe {
+                let list = _mm256_loadu_si256(list.as_ptr().cast());
+                _mm256_movemask_epi8(_mm256_cmpeq_epi16(list, _mm256_set1_epi16(pixel as i16))) != 0
+            }
+        }
+
+        #[inline(always)]
+        unsafe fn step_back(pixels: &[Pixel; 16], edges: &Edges) -> [Pixel; 16] {
+            // SAFETY: as the trait.
+            unsafe { step_back_256(pixels, edges) }
         }
     }
 }

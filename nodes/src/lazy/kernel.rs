@@ -5,7 +5,8 @@
 //! of a triple is, over its directions, the descriptor distance (raised by κ where the pixel continues no
 //! neighbour) plus the pixel's usage weight, plus λ times the crossbar error. Ties go to the triple tried first.
 
-use super::isa::{Isa, Operations, Portable};
+use super::candidates::SET;
+use super::isa::{DU, DV, Isa, Operations, Portable};
 use super::pyramid::{N, Pixel, RADIUS};
 use super::schedule::ColorRule;
 use super::tables::{LevelTables, ViewTables};
@@ -154,35 +155,61 @@ unsafe fn correct_voxel<O: Operations>(
     };
     let views = [level.view(0), level.view(1), level.view(2)];
     let bests = [directions[0].best, directions[1].best, directions[2].best];
-    let mut found = Corrected {
-        pixels: bests,
-        cost: directions.iter().map(|d| d.best_cost).sum::<i32>()
-            + weigh(crossbar(views, bests), level, weights),
-    };
+    let mixed = directions[0].best_cost
+        + directions[1].best_cost
+        + directions[2].best_cost
+        + weigh(crossbar(views, bests), level, weights);
+    // Order 0 is the mixed triple, others lead back to a direction and a place in its set.
+    let mut found = key(mixed, 0, 0);
     for e in 0..3 {
         let (next, last) = ((e + 1) % 3, (e + 2) % 3);
-        let own = &directions[e];
-        for triple in &views[e].triples[views[e].view.index(own.best)][..weights.triples] {
-            let mut cost = own.best_cost + weigh(triple.crossbar, level, weights);
-            if cost >= found.cost {
-                continue;
-            }
+        let set = &views[e].triples[views[e].view.index(directions[e].best)];
+        let mut k = 0;
+        while k < weights.triples {
+            let pair = [set[k], set[(k + 1).min(SET - 1)]];
+            let nexts = [views[next].view.index(pair[0].next), views[next].view.index(pair[1].next)];
+            let lasts = [views[last].view.index(pair[0].last), views[last].view.index(pair[1].last)];
             // SAFETY: the caller's promise.
-            cost += unsafe { pixel_cost::<O>(views[next], &directions[next], weights, triple.next) };
-            if cost >= found.cost {
-                continue;
+            let d = unsafe {
+                O::distances(
+                    &directions[next].descriptor,
+                    &directions[last].descriptor,
+                    [
+                        &views[next].descriptors[nexts[0]],
+                        &views[next].descriptors[nexts[1]],
+                        &views[last].descriptors[lasts[0]],
+                        &views[last].descriptors[lasts[1]],
+                    ],
+                )
+            };
+            for i in 0..2 {
+                // SAFETY: the caller's promise.
+                let (to_next, to_last) = unsafe {
+                    (
+                        weigh_distance::<O>(d[i], &directions[next].continuing, pair[i].next, weights),
+                        weigh_distance::<O>(d[2 + i], &directions[last].continuing, pair[i].last, weights),
+                    )
+                };
+                let own = directions[e].best_cost + weigh(pair[i].crossbar, level, weights);
+                let cost =
+                    own + to_next + views[next].usage[nexts[i]] + to_last + views[last].usage[lasts[i]];
+                // Beyond the number asked for, the second of a pair is not a candidate.
+                let cost = if k + i < weights.triples { cost } else { i32::MAX };
+                found = found.min(key(cost, (1 + e * SET + k + i) as u32, 0));
             }
-            // SAFETY: the caller's promise.
-            cost += unsafe { pixel_cost::<O>(views[last], &directions[last], weights, triple.last) };
-            if cost < found.cost {
-                found.cost = cost;
-                found.pixels[e] = own.best;
-                found.pixels[next] = triple.next;
-                found.pixels[last] = triple.last;
-            }
+            k += 2;
         }
     }
-    found
+    let (cost, order) = ((found >> 32) as i32, (found >> 16 & 0xffff) as usize);
+    if order == 0 {
+        return Corrected { pixels: bests, cost };
+    }
+    let e = (order - 1) / SET;
+    let triple = views[e].triples[views[e].view.index(bests[e])][(order - 1) % SET];
+    let mut pixels = bests;
+    pixels[(e + 1) % 3] = triple.next;
+    pixels[(e + 2) % 3] = triple.last;
+    Corrected { pixels, cost }
 }
 
 /// A crossbar error in the units of descriptor distances, weighted.
@@ -204,71 +231,80 @@ unsafe fn search_2d<O: Operations>(
     let (u, v) = (STRIDE[(direction + 1) % 3], STRIDE[(direction + 2) % 3]);
     // SAFETY: the caller's promise.
     let descriptor = unsafe { O::project(&tables.basis, &window.color, at, &OFFSETS[direction]) };
-    let centre = window.pixels[direction][at];
-    let mut continuing = [tables.shifted(centre, 0, 0); 16];
+    let mut pixels = [window.pixels[direction][at]; 16];
+    for k in 0..9 {
+        let offset = DU[k] as i32 * u + DV[k] as i32 * v;
+        pixels[k] = window.pixels[direction][at.wrapping_add_signed(offset as isize)];
+    }
+    // SAFETY: the caller's promise, here and below.
+    let pixels = unsafe { O::step_back(&pixels, &tables.edges) };
+    let mut continuing = [pixels[4]; 16];
     let mut count = 1;
-    for dv in -1..=1 {
-        for du in -1..=1 {
-            let neighbour = window.pixels[direction][at.wrapping_add_signed((du * u + dv * v) as isize)];
-            let pixel = tables.shifted(neighbour, -du, -dv);
-            // Neighbours in one patch all lead to the same pixel. Without a branch, which nothing could predict:
-            // a pixel that is there already is overwritten by the next.
-            let there = contains(&continuing, pixel);
-            continuing[count] = if there { continuing[0] } else { pixel };
-            count += usize::from(!there);
+    for &pixel in &pixels[..9] {
+        // Neighbours in one patch all lead to the same pixel. Without a branch, which nothing could predict:
+        // a pixel that is there already is overwritten by the next.
+        let there = unsafe { O::contains(&continuing, pixel) };
+        continuing[count] = if there { pixels[4] } else { pixel };
+        count += usize::from(!there);
+    }
+    // The candidates in order, then the first again to fill the last group of four.
+    let mut list = [pixels[4]; 40];
+    let mut n = 0;
+    for &pixel in &continuing[..count.min(9)] {
+        list[n] = pixel;
+        let set = &tables.similar[tables.view.index(pixel)];
+        for k in 1..weights.similar {
+            list[n + k] = set[k];
         }
+        n += weights.similar;
     }
     // The smallest of cost, order and pixel in one number.
     let mut best = u64::MAX;
-    let mut order = 0;
-    for &pixel in &continuing[..count.min(9)] {
-        let index = tables.view.index(pixel);
+    let mut k = 0;
+    while k < n {
+        let group = [list[k], list[k + 1], list[k + 2], list[k + 3]];
+        let at = [
+            tables.view.index(group[0]),
+            tables.view.index(group[1]),
+            tables.view.index(group[2]),
+            tables.view.index(group[3]),
+        ];
+        let table = &tables.descriptors;
         // SAFETY: the caller's promise.
-        let cost = unsafe { O::distance(&descriptor, &tables.descriptors[index]) } + tables.usage[index];
-        best = best.min(key(cost, order, pixel));
-        order += 1;
-        for &other in &tables.similar[index][1..weights.similar] {
-            let index = tables.view.index(other);
-            // SAFETY: the caller's promise.
-            let distance = unsafe { O::distance(&descriptor, &tables.descriptors[index]) };
-            let factor = if contains(&continuing, other) { 256 } else { weights.incoherent };
-            best = best.min(key(((distance * factor) >> 8) + tables.usage[index], order, other));
-            order += 1;
+        let d = unsafe {
+            O::distances(
+                &descriptor,
+                &descriptor,
+                [&table[at[0]], &table[at[1]], &table[at[2]], &table[at[3]]],
+            )
+        };
+        for i in 0..4 {
+            let cost =
+                unsafe { weigh_distance::<O>(d[i], &continuing, group[i], weights) } + tables.usage[at[i]];
+            best = best.min(key(cost, (k + i) as u32, group[i]));
         }
+        k += 4;
     }
     Direction { descriptor, continuing, best: best as Pixel, best_cost: (best >> 32) as i32 }
+}
+
+/// A distance, raised where the pixel continues no neighbour.
+#[inline(always)]
+unsafe fn weigh_distance<O: Operations>(
+    distance: i32,
+    continuing: &[Pixel; 16],
+    pixel: Pixel,
+    weights: Weights,
+) -> i32 {
+    // SAFETY: the caller's promise.
+    let factor = if unsafe { O::contains(continuing, pixel) } { 256 } else { weights.incoherent };
+    (distance * factor) >> 8
 }
 
 /// Cost, then order, then pixel. Costs are sums of squares and weights, never negative.
 #[inline(always)]
 fn key(cost: i32, order: u32, pixel: Pixel) -> u64 {
     (cost as u64) << 32 | u64::from(order) << 16 | u64::from(pixel)
-}
-
-/// Whether a pixel is in the list, by one vector comparison.
-#[inline(always)]
-fn contains(list: &[Pixel; 16], pixel: Pixel) -> bool {
-    let mut any = 0u16;
-    for &p in list {
-        any |= if p == pixel { 0xffff } else { 0 };
-    }
-    any != 0
-}
-
-/// Distance, coherence and usage of one pixel in one direction.
-#[inline(always)]
-unsafe fn pixel_cost<O: Operations>(
-    tables: &ViewTables,
-    direction: &Direction,
-    weights: Weights,
-    pixel: Pixel,
-) -> i32 {
-    let index = tables.view.index(pixel);
-    // SAFETY: the caller's promise.
-    let distance = unsafe { O::distance(&direction.descriptor, &tables.descriptors[index]) };
-    let continues = contains(&direction.continuing, pixel);
-    let factor = if continues { 256 } else { weights.incoherent };
-    ((distance * factor) >> 8) + tables.usage[index]
 }
 
 /// The squared colour differences along the three lines where the neighbourhoods of a triple meet.

@@ -3,6 +3,7 @@
 use super::basis::{Basis, Descriptor};
 use super::candidates::{Candidates, Strip, Triple, column_strip, row_strip};
 use super::descriptors::Descriptors;
+use super::isa::Edges;
 use super::pyramid::{LevelView, Pixel, Pyramid};
 use super::similarity::Similarity;
 use super::usage::Usage;
@@ -39,8 +40,8 @@ pub struct ViewTables {
     pub triples: Vec<[Triple; super::candidates::SET]>,
     /// Usage weights.
     pub usage: Vec<i32>,
-    /// First and last pixel along x and y that neighbours of a voxel may lead to; clamping, unless tileable.
-    pub bounds: [i32; 4],
+    /// Where steps from a pixel may lead.
+    pub edges: Edges,
     /// Pieces of rows and columns, for the crossbar error of triples made on the fly.
     pub rows: Vec<Strip>,
     /// See `rows`.
@@ -54,22 +55,6 @@ pub struct TablesError {
     what: &'static str,
     found: String,
     expected: String,
-}
-
-impl ViewTables {
-    /// [`LevelView::shifted`] with the margin worked out beforehand.
-    #[inline(always)]
-    pub fn shifted(&self, pixel: Pixel, dx: i32, dy: i32) -> Pixel {
-        let (x, y) = (i32::from(pixel & 255) + dx, i32::from(pixel >> 8) + dy);
-        if self.view.tileable {
-            // One step at most beyond an edge.
-            let around = |c: i32, n: i32| c + (n & (c >> 31)) - (n & ((n - 1 - c) >> 31));
-            (around(x, self.view.width) | around(y, self.view.height) << 8) as Pixel
-        } else {
-            let [x0, x1, y0, y1] = self.bounds;
-            (x.max(x0).min(x1) | y.max(y0).min(y1) << 8) as Pixel
-        }
-    }
 }
 
 impl LevelTables {
@@ -117,7 +102,10 @@ impl Tables {
                     (0..view.height).flat_map(|y| (0..view.width).map(move |x| view.pixel(x, y))).collect();
                 let m = view.margin();
                 ViewTables {
-                    bounds: [m, view.width - 1 - m, m, view.height - 1 - m],
+                    edges: Edges {
+                        around: view.tileable.then_some([view.width as i16, view.height as i16]),
+                        bounds: [m, view.width - 1 - m, m, view.height - 1 - m].map(|b| b as i16),
+                    },
                     view: view.clone(),
                     basis: descriptors.levels[l].bases.bases[v].clone(),
                     descriptors: descriptors.levels[l].descriptors[v].clone(),
