@@ -18,8 +18,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     if bytes.starts_with(b"glTF") && bytes.get(8..12).is_none_or(|n| n[0] < 12 && n[1..] == [0; 3]) {
         return Err(error("header", "the file is cut short"));
     }
-    let Gltf { document, mut blob } =
-        Gltf::from_slice(bytes).map_err(|e| error("document", e.to_string()))?;
+    let (document, mut blob) = parse(bytes)?;
     let mut buffers = Vec::new();
     for buffer in document.buffers() {
         let place = format!("buffer {}", buffer.index());
@@ -71,6 +70,23 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, MeshError> {
     }
     attributes.settle(&mut mesh);
     Ok(mesh)
+}
+
+/// The validated document and its binary chunk.
+fn parse(bytes: &[u8]) -> Result<(gltf::Document, Option<Vec<u8>>), MeshError> {
+    let invalid = |e: gltf::Error| error("document", e.to_string());
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(invalid)?;
+    let root = document.into_json();
+    // The crate's validation looks positions up before it checks that they are there.
+    let accessors = root.accessors.len();
+    for (number, mesh) in root.meshes.iter().enumerate() {
+        let indices = mesh.primitives.iter().flat_map(|primitive| primitive.attributes.values());
+        if let Some(index) = indices.map(|index| index.value()).find(|&index| index >= accessors) {
+            let problem = format!("an attribute names accessor {index}, but there are {accessors}");
+            return Err(error(format!("mesh {number}"), problem));
+        }
+    }
+    Ok((gltf::Document::from_json(root).map_err(invalid)?, blob))
 }
 
 const IDENTITY: [[f64; 4]; 4] =

@@ -1,6 +1,7 @@
 //! Cutting: closed halves, volumes that add up, caps with holes, charts beside the old ones.
 
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 use super::*;
 use crate::mesh::{CutError, Halves, Plane, cut_mesh, uv_problem};
@@ -111,7 +112,7 @@ fn planes_that_miss_and_broken_planes_are_refused() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, rng_seed: RngSeed::Fixed(7), ..ProptestConfig::default() })]
     #[test]
     fn halves_are_closed_and_add_up_for_any_plane(
         point in prop::array::uniform3(-0.3f64..0.3),

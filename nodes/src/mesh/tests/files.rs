@@ -1,6 +1,7 @@
 //! Files: round trips, what readers accept, and what they refuse without ever panicking.
 
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 use breccia_engine::{Data, Sink, Value};
 
@@ -191,6 +192,13 @@ fn gltf_with_external_buffers_asks_for_glb() {
 }
 
 #[test]
+fn gltf_attributes_without_accessor_are_refused() {
+    let text = r#"{"asset":{"version":"2.0"},"meshes":[{"primitives":[{"attributes":{"POSITION":3}}]}]}"#;
+    let error = read(text, "gltf").unwrap_err().to_string();
+    assert!(error.contains("mesh 0: an attribute names accessor 3, but there are 0"), "{error}");
+}
+
+#[test]
 fn gltf_applies_node_transforms_and_turns_mirrored_triangles() {
     let glb = encode_glb(&cube()).unwrap();
     let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
@@ -225,7 +233,7 @@ fn no_prefix_of_a_file_panics() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, rng_seed: RngSeed::Fixed(7), ..ProptestConfig::default() })]
 
     #[test]
     fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..200), kind in 0usize..4) {
