@@ -113,7 +113,9 @@ fn feature_of(
         return vec![128; count];
     }
     let distance = signed_distance(&features, w as usize, h as usize, settings.tileable);
-    feature_channel(&distance, 100.0 * settings.feature_weight)
+    // A threshold is a guess, so it weighs half of a mask that somebody drew: more costs stochastic textures contrast.
+    let amplitude = if mask.is_some() { 100.0 } else { 50.0 };
+    feature_channel(&distance, amplitude * settings.feature_weight)
 }
 
 pub(super) struct MakeExemplar;

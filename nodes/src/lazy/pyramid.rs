@@ -90,13 +90,13 @@ pub struct Pyramid {
 }
 
 impl Pyramid {
-    /// Halves every view `levels - 1` times; `levels` 0 goes on while the coarsest level keeps 16 pixels a side.
+    /// Halves every view `levels - 1` times; `levels` 0 goes on while the coarsest level keeps 32 pixels a side.
     ///
     /// # Errors
     /// If a view would be smaller than [`LEAST_SIDE`] at the coarsest level.
     pub fn new(exemplar: &Exemplar, levels: usize) -> Result<Self, ExemplarError> {
         let smallest = exemplar.views.iter().map(|v| v.width.min(v.height)).min().unwrap_or(0);
-        let levels = if levels == 0 { ((smallest / 16).max(1).ilog2() + 1) as usize } else { levels };
+        let levels = if levels == 0 { ((smallest / 32).max(1).ilog2() + 1) as usize } else { levels };
         for view in &exemplar.views {
             let least = LEAST_SIDE << (levels - 1);
             if view.width.min(view.height) < least {

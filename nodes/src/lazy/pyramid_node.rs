@@ -25,7 +25,7 @@ impl Node for PyramidNode {
             0..=6,
             0,
             "count",
-            "Number of levels; 0 takes as many as leave 16 pixels a side at the coarsest (the start level).",
+            "Number of levels; 0 takes as many as leave 32 pixels a side at the coarsest (the start level).",
         )
     }
 

@@ -84,11 +84,11 @@ impl Default for Settings {
             seed: 1,
             period: None,
             passes: vec![2, 4],
-            schedule: vec![Schedule::Jacobi, Schedule::Parity],
+            schedule: vec![Schedule::Jacobi],
             similar: vec![2, 4],
             triples: vec![4, 12],
             coherence: 0.4,
-            crossbar: 1.0,
+            crossbar: 3.0,
             color: ColorRule::Nearest,
         }
     }

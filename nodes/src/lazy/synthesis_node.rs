@@ -28,8 +28,8 @@ pub(super) fn cost_params(spec: NodeSpec) -> NodeSpec {
         "count",
         "Correction passes, finest level first; the last entry serves all coarser levels.",
     )
-    .choice("schedule", FINE_SCHEDULES, "Division of a pass into sub-passes at the finest level.")
-    .choice("coarse_schedule", COARSE_SCHEDULES, "Division of a pass into sub-passes at the coarser levels.")
+    .choice("schedule", SCHEDULES, "Division of a pass into sub-passes at the finest level.")
+    .choice("coarse_schedule", SCHEDULES, "Division of a pass into sub-passes at the coarser levels.")
     .param(
         "similar",
         ints(1, 4),
@@ -68,17 +68,11 @@ pub(super) fn cost_params(spec: NodeSpec) -> NodeSpec {
     )
 }
 
-const FINE_SCHEDULES: &[(&str, &str)] = &[
+const SCHEDULES: &[(&str, &str)] = &[
     ("jacobi", "All voxels at once: the shortest chain of dependencies."),
     ("parity", "Two sub-passes: even, then odd coordinate sums."),
     ("octants", "The paper's eight sub-passes (of which complementary ones run together)."),
 ];
-const COARSE_SCHEDULES: &[(&str, &str)] = &[
-    ("parity", "Two sub-passes: even, then odd coordinate sums."),
-    ("octants", "The paper's eight sub-passes (of which complementary ones run together)."),
-    ("jacobi", "All voxels at once: the shortest chain of dependencies."),
-];
-
 fn schedule(name: &str) -> Schedule {
     match name {
         "parity" => Schedule::Parity,
