@@ -123,4 +123,5 @@ pub use registry::{NodeType, Registry};
 pub use run::explain::{Forecast, Plan, PlanEntry};
 pub use run::{Failure, RunError, RunResult};
 pub use spec::{Arity, NodeSpec, ParamKind, ParamSpec, ParamValue, Placement, SocketSpec};
+pub use suggest::closest;
 pub use value::{Data, Digest, TypeInfo, Value};

@@ -1,7 +1,7 @@
 //! "Did you mean": the known name closest to a misspelt one.
 
 /// The closest of the known names, if one is close enough to be meant.
-pub(crate) fn closest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
+pub fn closest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let similarity = |candidate: &str| {
         let (a, b) = (name.to_lowercase(), candidate.to_lowercase());
         // `candidates` for `lazy.candidates` is meant even though half of the letters are missing.
