@@ -30,33 +30,33 @@ fn cut(solid: &LazySolid, side: u32, normal: [f64; 3], depth: f64) -> Image {
 }
 
 /// Nothing is known beforehand.
-#[divan::bench(args = sides(), sample_count = 10, sample_size = 1)]
+#[divan::bench(args = sides(), sample_count = 5, sample_size = 1)]
 fn cold_flat(bencher: Bencher, side: u32) {
     let inputs = || solid(side);
     bencher.with_inputs(inputs).bench_refs(|solid| cut(solid, side, FLAT, 0.0));
 }
 
 /// Nothing is known beforehand.
-#[divan::bench(args = sides(), sample_count = 10, sample_size = 1)]
+#[divan::bench(args = sides(), sample_count = 5, sample_size = 1)]
 fn cold_oblique(bencher: Bencher, side: u32) {
     let inputs = || solid(side);
     bencher.with_inputs(inputs).bench_refs(|solid| cut(solid, side, OBLIQUE, 0.0));
 }
 
 /// The slice one voxel before is known.
-#[divan::bench(args = sides(), sample_count = 10, sample_size = 1)]
+#[divan::bench(args = sides(), sample_count = 5, sample_size = 1)]
 fn next_flat(bencher: Bencher, side: u32) {
     bencher.with_inputs(|| known(side, FLAT)).bench_refs(|solid| cut(solid, side, FLAT, 1.0));
 }
 
 /// The slice one voxel before is known.
-#[divan::bench(args = sides(), sample_count = 10, sample_size = 1)]
+#[divan::bench(args = sides(), sample_count = 5, sample_size = 1)]
 fn next_oblique(bencher: Bencher, side: u32) {
     bencher.with_inputs(|| known(side, OBLIQUE)).bench_refs(|solid| cut(solid, side, OBLIQUE, 1.0));
 }
 
 /// The same slice is known.
-#[divan::bench(args = sides(), sample_count = 10, sample_size = 1)]
+#[divan::bench(args = sides(), sample_count = 5, sample_size = 1)]
 fn again_oblique(bencher: Bencher, side: u32) {
     bencher.with_inputs(|| known(side, OBLIQUE)).bench_refs(|solid| cut(solid, side, OBLIQUE, 0.0));
 }
