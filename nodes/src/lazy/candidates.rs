@@ -5,7 +5,7 @@ use breccia_engine::{Context, Data, Digest, Node, NodeError, NodeSpec};
 use rayon::prelude::*;
 
 use super::coherence::refine;
-use super::nearest::{distances, smallest};
+use super::nearest::{Table, smallest};
 use super::pyramid::{LevelView, N, Pixel, Pyramid, RADIUS};
 use super::similarity::apart;
 use crate::control::{Cancelled, Control, check};
@@ -87,14 +87,18 @@ struct Strips {
     centres: Vec<Pixel>,
     rows: Vec<Strip>,
     columns: Vec<Strip>,
+    row_table: Table,
+    column_table: Table,
 }
 
 impl Strips {
     fn of(view: &LevelView) -> Self {
         let centres = view.centres();
-        let rows = centres.iter().map(|&p| row_strip(view, p)).collect();
-        let columns = centres.iter().map(|&p| column_strip(view, p)).collect();
-        Self { centres, rows, columns }
+        let rows: Vec<Strip> = centres.iter().map(|&p| row_strip(view, p)).collect();
+        let columns: Vec<Strip> = centres.iter().map(|&p| column_strip(view, p)).collect();
+        let row_table = Table::new(rows.iter().copied(), STRIP);
+        let column_table = Table::new(columns.iter().copied(), STRIP);
+        Self { centres, rows, columns, row_table, column_table }
     }
 }
 
@@ -145,8 +149,8 @@ fn consistent_triples(
                     check(control)?;
                     let pixel = view.pixel(x, y);
                     let excluded = |other: Pixel| exclusion > 0 && apart(view, pixel, other) < exclusion;
-                    let best = |strip: &Strip, table: &[Strip], centres: &[Pixel], scratch: &mut Vec<u32>| {
-                        distances(strip, table, scratch);
+                    let best = |strip: &Strip, table: &Table, centres: &[Pixel], scratch: &mut Vec<u32>| {
+                        table.distances(strip, scratch);
                         let spare = (2 * exclusion.max(0) as usize).pow(2);
                         let found = smallest(scratch, settings.strips + spare);
                         let kept = found.iter().filter(|(_, i)| !excluded(centres[*i as usize])).copied();
@@ -155,12 +159,14 @@ fn consistent_triples(
                         if kept.is_empty() { found } else { kept }
                     };
                     // The rows' axis of one exemplar is the columns' axis of the next.
-                    let nexts = best(&column_strip(view, pixel), &next.rows, &next.centres, &mut scratch);
-                    let lasts = best(&row_strip(view, pixel), &last.columns, &last.centres, &mut scratch);
-                    let last_rows: Vec<Strip> = lasts.iter().map(|&(_, i)| last.rows[i as usize]).collect();
+                    let nexts =
+                        best(&column_strip(view, pixel), &next.row_table, &next.centres, &mut scratch);
+                    let lasts =
+                        best(&row_strip(view, pixel), &last.column_table, &last.centres, &mut scratch);
+                    let last_rows = Table::new(lasts.iter().map(|&(_, i)| last.rows[i as usize]), STRIP);
                     let mut errors = Vec::with_capacity(nexts.len() * lasts.len());
                     for &(d_next, i) in &nexts {
-                        distances(&next.columns[i as usize], &last_rows, &mut scratch);
+                        last_rows.distances(&next.columns[i as usize], &mut scratch);
                         errors
                             .extend(scratch.iter().zip(&lasts).map(|(d, &(d_last, _))| d_next + d_last + d));
                     }

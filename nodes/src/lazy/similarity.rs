@@ -4,8 +4,9 @@
 use breccia_engine::{Context, Data, Digest, Node, NodeError, NodeSpec};
 use rayon::prelude::*;
 
-use super::basis::Descriptor;
+use super::basis::{DIMS, Descriptor};
 use super::descriptors::Descriptors;
+use super::nearest::{Table, smallest};
 use super::pyramid::{LevelView, Pixel, Pyramid};
 use crate::control::{Cancelled, Control, check};
 use crate::data::{Reader, Writer};
@@ -47,7 +48,7 @@ fn view_sets(
     control: &dyn Control,
 ) -> Result<Vec<[Pixel; SET]>, Cancelled> {
     let centres = view.centres();
-    let candidates: Vec<Descriptor> = centres.iter().map(|&p| table[view.index(p)]).collect();
+    let candidates = Table::new(centres.iter().map(|&p| table[view.index(p)]), DIMS);
     // Enough of the nearest that some are left when those too close to each other are passed over.
     let keep = 64.min(centres.len());
     let rows: Vec<Vec<[Pixel; SET]>> = (0..view.height)
@@ -58,8 +59,8 @@ fn view_sets(
             Ok((0..view.width)
                 .map(|x| {
                     let pixel = view.pixel(x, y);
-                    super::nearest::distances(&table[view.index(pixel)], &candidates, &mut distances);
-                    let order = super::nearest::smallest(&distances, keep);
+                    candidates.distances(&table[view.index(pixel)], &mut distances);
+                    let order = smallest(&distances, keep);
                     let mut set = [pixel; SET];
                     let mut count = 1;
                     for (_, i) in order {
