@@ -6,7 +6,7 @@ use super::{Reader, Samples, Writer};
 
 /// A picture of `width` × `height` pixels, rows from top to bottom, channels interleaved.
 ///
-/// Colours are kept in sRGB encoding as they come from 8-bit files; `f32` pictures are linear.
+/// Colours are kept in sRGB encoding as they come from 8-bit files; `f32` colours are linear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     width: u32,

@@ -2,9 +2,9 @@
 
 use breccia_engine::{Context, Node, NodeError, NodeSpec};
 
-use super::exemplar::{Exemplar, ExemplarError, MAX_SIDE, View};
 use super::feature::{Feature, feature_channel, otsu_mask, signed_distance};
 use super::resize::shrink;
+use super::view::{Exemplar, ExemplarError, MAX_SIDE, View};
 use crate::data::{Image, Samples};
 
 /// How an exemplar is made.

@@ -1,15 +1,15 @@
 //! Exemplars: aligned maps that guide a synthesis or are carried along.
 
-mod exemplar;
 mod feature;
 mod make;
 mod resize;
+mod view;
 mod views;
 
-pub use exemplar::{Exemplar, ExemplarError, MAX_SIDE, View};
 pub use feature::{Feature, otsu_mask, signed_distance};
 pub use make::{MakeSettings, make_exemplar};
 pub use resize::halve;
+pub use view::{Exemplar, ExemplarError, MAX_SIDE, View};
 
 use breccia_engine::Node;
 

@@ -2,8 +2,8 @@
 
 use breccia_engine::{Context, Node, NodeError, NodeSpec};
 
-use super::exemplar::{Exemplar, ExemplarError};
 use super::make::transpose;
+use super::view::{Exemplar, ExemplarError};
 
 /// Joins three exemplars, cuts normal to x, y and z, to one (see [`Exemplar`] for rows and columns).
 ///

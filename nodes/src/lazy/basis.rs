@@ -82,10 +82,10 @@ fn principal_components(view: &LevelView, dims: usize) -> Components {
     let mut products = vec![0i64; SAMPLES * SAMPLES];
     for &pixel in &centres {
         let s = samples(view, pixel).map(i64::from);
-        for i in 0..SAMPLES {
-            sum[i] += s[i];
+        for (i, &one) in s.iter().enumerate() {
+            sum[i] += one;
             for (product, &other) in products[i * SAMPLES..][i..SAMPLES].iter_mut().zip(&s[i..]) {
-                *product += s[i] * other;
+                *product += one * other;
             }
         }
     }

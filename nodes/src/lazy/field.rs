@@ -60,6 +60,16 @@ pub(super) fn bits(mask: &[u64; 8]) -> impl Iterator<Item = usize> + '_ {
     })
 }
 
+/// What a correction works with.
+#[derive(Clone, Copy)]
+pub(super) struct Correction<'a> {
+    pub domain: &'a Domain,
+    pub level: &'a LevelTables,
+    pub weights: Weights,
+    pub rule: ColorRule,
+    pub isa: Isa,
+}
+
 /// The state of one level over a sparse set of voxels.
 pub(super) struct Field {
     slots: FxHashMap<[i32; 3], u32>,
@@ -105,11 +115,10 @@ impl Field {
         set: &VoxelSet,
         initial: &Initial,
         seed: u64,
-        domain: &Domain,
-        level: &LevelTables,
-        rule: ColorRule,
+        correction: &Correction<'_>,
         control: &dyn Control,
     ) -> Result<Self, Cancelled> {
+        let Correction { domain, level, rule, .. } = *correction;
         let views = std::array::from_fn(|e| &level.view(e).view);
         Self::build(set, control, |key, mask| {
             let moved = initial.jitter.map(|jitter| jitter.displacements(seed, domain, key));
@@ -156,13 +165,10 @@ impl Field {
     pub fn correct(
         &mut self,
         set: &VoxelSet,
-        domain: &Domain,
-        level: &LevelTables,
-        weights: Weights,
-        rule: ColorRule,
-        isa: Isa,
+        correction: &Correction<'_>,
         control: &dyn Control,
     ) -> Result<i64, Cancelled> {
+        let Correction { domain, level, weights, rule, isa } = *correction;
         let keys = set.bricks();
         let results = keys
             .par_iter()

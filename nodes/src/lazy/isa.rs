@@ -1,4 +1,4 @@
-//! The two operations that decide the speed of a correction, for each instruction set. All of them are exact
+//! The operations that decide the speed of a correction, for each instruction set. All of them are exact
 //! integer arithmetic, so every set gives the same bits.
 
 use super::basis::{Basis, DIMS, Descriptor};
@@ -48,11 +48,11 @@ pub(super) unsafe trait Operations: Copy {
     /// See the trait.
     unsafe fn distances(a: &Descriptor, b: &Descriptor, others: [&Descriptor; 4]) -> [i32; 4];
 
-    /// Whether a pixel is in a list.
+    /// The places of a pixel in a list, as bits, two a place.
     ///
     /// # Safety
     /// See the trait.
-    unsafe fn contains(list: &[Pixel; 16], pixel: Pixel) -> bool;
+    unsafe fn places(list: &[Pixel; 16], pixel: Pixel) -> u32;
 
     /// The pixels one step back from each of sixteen, at the edges as `edges` says.
     ///
@@ -99,8 +99,8 @@ unsafe impl Operations for Portable {
     }
 
     #[inline(always)]
-    unsafe fn contains(list: &[Pixel; 16], pixel: Pixel) -> bool {
-        list.contains(&pixel)
+    unsafe fn places(list: &[Pixel; 16], pixel: Pixel) -> u32 {
+        list.iter().enumerate().fold(0, |bits, (k, &p)| if p == pixel { bits | 3 << (2 * k) } else { bits })
     }
 
     #[inline(always)]
@@ -230,11 +230,11 @@ mod x86 {
         }
 
         #[inline(always)]
-        unsafe fn contains(list: &[Pixel; 16], pixel: Pixel) -> bool {
+        unsafe fn places(list: &[Pixel; 16], pixel: Pixel) -> u32 {
             // SAFETY: as the trait.
             unsafe {
                 let list = _mm256_loadu_si256(list.as_ptr().cast());
-                _mm256_movemask_epi8(_mm256_cmpeq_epi16(list, _mm256_set1_epi16(pixel as i16))) != 0
+                _mm256_movemask_epi8(_mm256_cmpeq_epi16(list, _mm256_set1_epi16(pixel as i16))) as u32
             }
         }
 
@@ -303,11 +303,11 @@ mod x86 {
         }
 
         #[inline(always)]
-        unsafe fn contains(list: &[Pixel; 16], pixel: Pixel) -> bool {
+        unsafe fn places(list: &[Pixel; 16], pixel: Pixel) -> u32 {
             // SAFETY: as the trait.
             unsafe {
                 let list = _mm256_loadu_si256(list.as_ptr().cast());
-                _mm256_movemask_epi8(_mm256_cmpeq_epi16(list, _mm256_set1_epi16(pixel as i16))) != 0
+                _mm256_movemask_epi8(_mm256_cmpeq_epi16(list, _mm256_set1_epi16(pixel as i16))) as u32
             }
         }
 

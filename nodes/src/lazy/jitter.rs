@@ -131,7 +131,7 @@ impl Node for JitterNode {
         .memory_only()
         .input("initial", "initial", "What synthesis starts from.")
         .output("initial", "initial", "The same, distorted.")
-        .float("amount", 0.0..=1.0, 0.1, "of 16 voxels", "Largest displacement by one Gaussian (the paper: 0.1 to 0.3).")
+        .float("amount", 0.0..=1.0, 0.1, "× 16 voxels", "Largest displacement by one Gaussian (the paper: 0.1 to 0.3).")
         .float("sigma_min", 0.1..=8.0, 0.3, "start-level voxels", "Smallest width of a Gaussian.")
         .float("sigma_max", 0.1..=8.0, 1.2, "start-level voxels", "Largest width of a Gaussian.")
         .float("density", 0.0..=16.0, 3.0, "per 4³ voxels", "Gaussians in a cell of 4³ start-level voxels (the paper: about 3).")

@@ -131,7 +131,7 @@ unsafe fn correct_with<O: Operations>(
 #[derive(Clone, Copy)]
 struct Direction {
     descriptor: [u8; 16],
-    /// The pixels that continue a neighbour, filled up with the first.
+    /// The nine pixels that continue a neighbour, filled up with the middle one.
     continuing: [Pixel; 16],
     best: Pixel,
     best_cost: i32,
@@ -215,7 +215,7 @@ unsafe fn correct_voxel<O: Operations>(
 /// A crossbar error in the units of descriptor distances, weighted.
 #[inline(always)]
 fn weigh(crossbar: u32, level: &LevelTables, weights: Weights) -> i32 {
-    // At most 3.9 million · 2^16 · 2^12 before the shift, and at most 2^29 after.
+    // At most 3.9 million · 2^16 · 2^12 before the shift; the cap keeps sums of costs within 31 bits.
     ((u64::from(crossbar) * u64::from(level.scale) * weights.crossbar) >> 24).min(1 << 29) as i32
 }
 
@@ -237,27 +237,23 @@ unsafe fn search_2d<O: Operations>(
         pixels[k] = window.pixels[direction][at.wrapping_add_signed(offset as isize)];
     }
     // SAFETY: the caller's promise, here and below.
-    let pixels = unsafe { O::step_back(&pixels, &tables.edges) };
-    let mut continuing = [pixels[4]; 16];
-    let mut count = 1;
-    for &pixel in &pixels[..9] {
-        // Neighbours in one patch all lead to the same pixel. Without a branch, which nothing could predict:
-        // a pixel that is there already is overwritten by the next.
-        let there = unsafe { O::contains(&continuing, pixel) };
-        continuing[count] = if there { pixels[4] } else { pixel };
-        count += usize::from(!there);
-    }
-    // The candidates in order, then the first again to fill the last group of four.
-    let mut list = [pixels[4]; 40];
+    let continuing = unsafe { O::step_back(&pixels, &tables.edges) };
+    // The candidates in order. Neighbours in one patch all lead to the same pixel, which is taken once: without a
+    // branch, which nothing could predict, a repeated one is overwritten by the next.
+    let mut list = [0; 44];
     let mut n = 0;
-    for &pixel in &continuing[..count.min(9)] {
+    for k in 0..9 {
+        let pixel = continuing[k];
+        // SAFETY: the caller's promise.
+        let first = unsafe { O::places(&continuing, pixel) }.trailing_zeros() == 2 * k as u32;
         list[n] = pixel;
         let set = &tables.similar[tables.view.index(pixel)];
-        for k in 1..weights.similar {
-            list[n + k] = set[k];
-        }
-        n += weights.similar;
+        list[n + 1..n + weights.similar].copy_from_slice(&set[1..weights.similar]);
+        n += if first { weights.similar } else { 0 };
     }
+    // The first again to fill the last group of four.
+    let fill = list[0];
+    list[n..n + 4].fill(fill);
     // The smallest of cost, order and pixel in one number.
     let mut best = u64::MAX;
     let mut k = 0;
@@ -279,6 +275,7 @@ unsafe fn search_2d<O: Operations>(
             )
         };
         for i in 0..4 {
+            // SAFETY: the caller's promise.
             let cost =
                 unsafe { weigh_distance::<O>(d[i], &continuing, group[i], weights) } + tables.usage[at[i]];
             best = best.min(key(cost, (k + i) as u32, group[i]));
@@ -297,7 +294,7 @@ unsafe fn weigh_distance<O: Operations>(
     weights: Weights,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    let factor = if unsafe { O::contains(continuing, pixel) } { 256 } else { weights.incoherent };
+    let factor = if unsafe { O::places(continuing, pixel) } != 0 { 256 } else { weights.incoherent };
     (distance * factor) >> 8
 }
 

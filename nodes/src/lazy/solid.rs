@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 
 use super::dependency::{dependency, parents};
 use super::domain::Domain;
-use super::field::{Brick, Field, bits};
+use super::field::{Brick, Correction, Field, bits};
 use super::initial::Initial;
 use super::isa::{Isa, available};
 use super::kernel::{Weights, one_color};
@@ -106,40 +106,38 @@ impl LazySolid {
         work: &mut Work,
         control: &dyn Control,
     ) -> Result<Field, Cancelled> {
-        let (mut keys, mut bricks, mut missing) = (Vec::new(), Vec::new(), VoxelSet::new());
-        {
+        let keys = wanted.bricks();
+        let mut missing = VoxelSet::new();
+        let known: Vec<Option<Arc<Brick>>> = {
             let cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
             let cache = &cache[level];
-            for key in wanted.bricks() {
-                let Some(mask) = wanted.mask(key) else { continue };
+            let find = |&key: &[i32; 3]| {
+                let mask = wanted.mask(key)?;
                 let known = cache.known.mask(key).copied().unwrap_or_default();
                 missing.insert_mask(key, &std::array::from_fn(|z| mask[z] & !known[z]));
-                if let Some(brick) = cache.bricks.get(&key).filter(|_| missing.mask(key).is_none()) {
-                    keys.push(key);
-                    bricks.push(Arc::clone(brick));
-                }
+                cache.bricks.get(&key).cloned()
+            };
+            keys.iter().map(find).collect()
+        };
+        let computed = if missing.is_empty() {
+            Field::of(Vec::new(), Vec::new())
+        } else {
+            let field = self.synthesise(level, &missing, work, control)?;
+            self.remember(level, &missing, &field);
+            field
+        };
+        if known.iter().all(Option::is_none) {
+            return Ok(computed);
+        }
+        let merge = |(key, known): (&[i32; 3], &Option<Arc<Brick>>)| {
+            let mut brick = known.as_ref().map_or_else(Brick::empty, |known| (**known).clone());
+            if let (Some(new), Some(mask)) = (computed.brick(*key), missing.mask(*key)) {
+                brick.copy_masked(new, mask);
             }
-        }
-        if missing.is_empty() {
-            return Ok(Field::of(keys, bricks.iter().map(|brick| (**brick).clone()).collect()));
-        }
-        // A brick of which some voxels are known is computed for all that are wanted: merging saves little.
-        let mut compute = VoxelSet::new();
-        for key in missing.bricks() {
-            wanted.mask(key).into_iter().for_each(|mask| compute.insert_mask(key, mask));
-        }
-        let field = self.synthesise(level, &compute, work, control)?;
-        self.remember(level, &compute, &field);
-        if keys.is_empty() {
-            return Ok(field);
-        }
-        for (key, brick) in field.bricks() {
-            if compute.mask(key).is_some() {
-                keys.push(key);
-                bricks.push(Arc::new(brick.clone()));
-            }
-        }
-        Ok(Field::of(keys, bricks.iter().map(|brick| (**brick).clone()).collect()))
+            brick
+        };
+        let bricks = keys.iter().zip(&known).map(merge).collect();
+        Ok(Field::of(keys, bricks))
     }
 
     fn remember(&self, level: usize, set: &VoxelSet, field: &Field) {
@@ -180,8 +178,10 @@ impl LazySolid {
         check(control)?;
         let (domain, tables, rule) = (self.domain(level), &self.tables.levels[level], self.settings.color);
         let need = dependency(&self.settings, &domain, level, wanted);
+        let correction =
+            Correction { domain: &domain, level: tables, weights: self.weights(level), rule, isa: self.isa };
         let mut field = if level + 1 == self.tables.levels.len() {
-            Field::start(&need.before, &self.initial, self.settings.seed, &domain, tables, rule, control)?
+            Field::start(&need.before, &self.initial, self.settings.seed, &correction, control)?
         } else {
             let coarse = self.finished(level + 1, &parents(&need.before), work, control)?;
             Field::upsample(&need.before, &coarse, tables, rule, control)?
@@ -189,7 +189,7 @@ impl LazySolid {
         let steps = need.corrected.len();
         let last_pass = steps - self.settings.schedule_at(level).steps().min(steps);
         for (step, set) in need.corrected.iter().enumerate() {
-            let cost = field.correct(set, &domain, tables, self.weights(level), rule, self.isa, control)?;
+            let cost = field.correct(set, &correction, control)?;
             work.corrections[level] += set.len() as u64;
             if step >= last_pass {
                 work.costs[level] += cost;

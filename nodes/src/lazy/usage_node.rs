@@ -26,7 +26,7 @@ impl Node for UsageNode {
              for good. Without it, structured exemplars tend to collapse to their commonest colour. Its settings \
              should be those of the synthesis that it serves.",
         )
-        .paper("the index histogram of Chen & Wang 2010, section 3.4, measured beforehand to stay lazy")
+        .paper("the index histogram of Chen & Wang 2010, section 4.4.2, measured beforehand to stay lazy")
         .input("exemplar", "exemplar", "The exemplar.")
         .input("pyramid", "pyramid", "Its pyramid.")
         .input("descriptors", "descriptors", "Its descriptors.")
