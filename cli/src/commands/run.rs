@@ -48,7 +48,7 @@ pub struct Run {
     out_dir: Option<PathBuf>,
 
     /// Set the parameter `seed`
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<i64>,
 
     /// Number of threads; 0 means one for each processor

@@ -43,7 +43,7 @@ fn explaining_runs_nothing() {
     let explain = || place.run("lazy_volume", &["--explain", "--set", "size=8", "--output", "volume=v.npy"]);
     let before = explain();
     before.expect(0, &[]);
-    assert!(before.stdout.contains("photo       would run"), "{}", before.stdout);
+    assert!(before.stdout.contains("photo        would run"), "{}", before.stdout);
     assert_eq!(place.files(), [""; 0]);
     computed(&place, &["--set", "size=8"]);
     assert!(explain().stdout.contains("0 nodes would run"), "{}", explain().stdout);
