@@ -34,10 +34,13 @@ impl Interrupt {
         interrupt
     }
 
-    /// Asks the run to stop, and ends the program if that takes too long (a file is being written, say).
+    /// Asks the run to stop, and ends the program if that takes too long. Writers of files do not listen, so
+    /// there is no point in waiting for them.
     fn stop(&self) {
         self.cancel.cancel();
-        std::thread::sleep(PATIENCE);
+        if self.lock().is_empty() {
+            std::thread::sleep(PATIENCE);
+        }
         let staged = self.lock();
         for folder in staged.iter() {
             // A folder that cannot be removed now cannot be removed at all: the program is about to end.
@@ -71,10 +74,12 @@ impl Interrupt {
         Ok(folder)
     }
 
-    /// Does something that no signal may interrupt.
-    pub fn undisturbed<T>(&self, action: impl FnOnce() -> T) -> T {
-        let _lock = self.lock();
-        action()
+    /// Gives files their final names, which no signal may interrupt; nothing is half-written afterwards.
+    pub fn publish<T>(&self, rename: impl FnOnce() -> T) -> T {
+        let mut staged = self.lock();
+        let result = rename();
+        staged.clear();
+        result
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<PathBuf>> {

@@ -194,7 +194,7 @@ pub fn write(
         staged.push((target, stage(target, value, interrupt).map_err(|error| failed(target, error))?));
     }
     interrupt.check()?;
-    interrupt.undisturbed(|| {
+    interrupt.publish(|| {
         let mut written = Vec::new();
         for (target, stage) in staged {
             for (file, path) in stage.files {

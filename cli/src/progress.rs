@@ -50,7 +50,7 @@ impl Progress {
             Event::Warning { node: None, message } => format!("warning: {message}"),
             _ if matches!(self, Self::Quiet) => return,
             Event::NodeFinished { node, seconds, bytes, summary, .. } => {
-                format!("{node}: {summary} ({}, {seconds:.2} s)", human(*bytes))
+                format!("{node}: {} ({}, {seconds:.2} s)", term::brief(summary), human(*bytes))
             }
             Event::RunFinished { seconds, computed, cached, cancelled: false, .. } => {
                 format!("computed {computed} nodes, found {cached} in the cache, in {seconds:.2} s")

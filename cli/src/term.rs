@@ -18,3 +18,13 @@ pub fn print(text: &str) -> io::Result<()> {
 pub fn note(line: &str) {
     let _ = writeln!(io::stderr().lock(), "{line}");
 }
+
+/// The beginning of a text, as much as fits into a line beside other things.
+pub fn brief(text: &str) -> String {
+    const LONGEST: usize = 80;
+    let mut short: String = text.chars().take(LONGEST).collect();
+    if short.len() < text.len() {
+        short.push('…');
+    }
+    short
+}

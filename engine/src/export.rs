@@ -84,8 +84,12 @@ impl Sink {
             Some(parent) if !parent.as_os_str().is_empty() => parent,
             _ => Path::new("."),
         };
-        let (file, temporary) =
-            tempfile::Builder::new().prefix(".breccia-").tempfile_in(parent)?.into_parts();
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".breccia-");
+        // Temporary files are private, outputs are not: the umask decides, as for any new file.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let (file, temporary) = builder.tempfile_in(parent)?.into_parts();
         self.written.push((temporary, path));
         Ok(BufWriter::new(file))
     }

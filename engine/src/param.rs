@@ -199,7 +199,14 @@ impl ParamKind {
 
     /// The canonical form of a value: whole numbers become real ones where the parameter is real.
     pub(crate) fn check(&self, value: &ParamValue) -> Result<ParamValue, Mismatch> {
-        let ok = match (self, value) {
+        // One number will do for a list that may be so short.
+        let listed = match (self, value) {
+            (Self::Ints { .. } | Self::Floats { .. }, ParamValue::Int(_) | ParamValue::Float(_)) => {
+                ParamValue::List(vec![value.clone()])
+            }
+            _ => value.clone(),
+        };
+        let ok = match (self, &listed) {
             (Self::Bool, ParamValue::Bool(_)) | (Self::Text | Self::File { .. }, ParamValue::Text(_)) => {
                 Some(value.clone())
             }
@@ -333,6 +340,13 @@ mod tests {
         assert!(kind.check(&ParamValue::Float(2.5)).is_err());
         let ParamValue::Float(zero) = kind.check(&ParamValue::Float(-0.0)).unwrap() else { panic!() };
         assert!(zero.is_sign_positive());
+    }
+
+    #[test]
+    fn one_number_is_a_list_of_one() {
+        let kind = |min_len| ParamKind::Ints { min_len, max_len: 3, min: 1, max: 99 };
+        assert_eq!(kind(1).check(&ParamValue::Int(5)), Ok(list([5])));
+        assert_eq!(kind(3).check(&ParamValue::Int(5)).unwrap_err().found, "5");
     }
 
     #[test]

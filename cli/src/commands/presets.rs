@@ -1,6 +1,6 @@
 //! `breccia presets`.
 
-use breccia_engine::{Graph, Registry};
+use breccia_engine::{Graph, ParamValue, Registry};
 
 use crate::exit::{Failure, did_you_mean};
 use crate::{graphs, outputs};
@@ -55,7 +55,8 @@ fn describe(name: &str, graph: &Graph, registry: &Registry) -> String {
         if !matches!(param.spec.unit, "" | "1" | "count") {
             takes = format!("{takes}, in {}", param.spec.unit);
         }
-        out.push_str(&format!("  {} = {} ({takes})\n      {}\n", param.name, param.value, param.docs));
+        let value = plain(param.value);
+        out.push_str(&format!("  {} = {value} ({takes})\n      {}\n", param.name, param.docs));
     }
     out.push_str("\nOutputs (--output NAME=PATH)\n");
     for output in graph.outputs() {
@@ -76,7 +77,7 @@ fn describe(name: &str, graph: &Graph, registry: &Registry) -> String {
     out
 }
 
-/// A command that gives an input, sets a parameter and names two outputs.
+/// A command that gives an input, sets what is set most often, and names the picture and what it shows.
 fn example(name: &str, graph: &Graph, registry: &Registry) -> String {
     let mut words = vec![format!("breccia run {name}")];
     let first = graph.inputs().next().map_or("", |input| input.name);
@@ -88,15 +89,27 @@ fn example(name: &str, graph: &Graph, registry: &Registry) -> String {
         }
     }
     for param in graph.params().filter(|param| matches!(param.name, "seed" | "size" | "resolution")) {
-        words.push(format!("--set {}={}", param.name, quoted(&param.value.to_string())));
+        words.push(format!("--set {}={}", param.name, quoted(&plain(param.value))));
     }
-    for output in graph.outputs() {
+    // What a graph is for comes as neither picture nor table, if it comes as anything else.
+    let results = || graph.outputs().filter(|output| output.name != "preview");
+    let result =
+        results().find(|output| !matches!(output.ty, "image" | "report")).or_else(|| results().next());
+    for output in result.into_iter().chain(graph.outputs().filter(|output| output.name == "preview")) {
         let extension = outputs::extensions(registry, output.ty).into_iter().find(|e| *e != "/");
         if let Some(extension) = extension {
             words.push(format!("--output {0}={0}.{extension}", output.name));
         }
     }
     words.join(" \\\n      ")
+}
+
+/// A list of one as the number that may be given in its place.
+fn plain(value: &ParamValue) -> String {
+    match value {
+        ParamValue::List(items) if items.len() == 1 => items.iter().map(ToString::to_string).collect(),
+        value => value.to_string(),
+    }
 }
 
 /// Quotes what a shell would take for syntax.

@@ -16,7 +16,7 @@ use crate::outputs::{self, Target};
 use crate::progress::Progress;
 use crate::sizes::{self, human};
 use crate::sources::Sources;
-use crate::{folders, graphs};
+use crate::{folders, graphs, term};
 
 /// How long a cancelled run waits for its nodes: Ctrl-C is to work within 100 ms.
 const GRACE: Duration = Duration::from_millis(60);
@@ -48,7 +48,7 @@ pub struct Run {
     out_dir: Option<PathBuf>,
 
     /// Set the parameter `seed`
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     seed: Option<i64>,
 
     /// Number of threads; 0 means one for each processor
@@ -192,6 +192,9 @@ fn plan_text(plan: &Plan) -> String {
         };
         let size = entry.bytes.map_or(String::new(), human);
         let summary = entry.summary.as_deref().unwrap_or_default();
+        // A failure is told in full, a result in a line.
+        let fails = entry.forecast == Forecast::Fails;
+        let summary = if fails { summary.to_owned() } else { term::brief(summary) };
         let line = format!("{:width$}  {forecast:10}  {size:>10}  {summary}", entry.node);
         out.push_str(line.trim_end());
         out.push('\n');

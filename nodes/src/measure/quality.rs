@@ -50,7 +50,7 @@ impl Node for MeasureQuality {
                 "Patches across the axes, and as many oblique ones.",
             )
             .int("slices", 1..=4096, 8, "slices", "Slices across each axis for the contrast.")
-            .int("seed", 0..=i64::from(u32::MAX), 1, "", "Selects patches and slices.")
+            .int("seed", 0..=i64::from(u32::MAX), 1, "count", "Selects patches and slices.")
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

@@ -27,7 +27,7 @@ impl Node for Cut {
             .output("below", "mesh", "The other half.")
             .param("point", floats(1e9), list([0.5; 3]), "see `units`", "A point of the plane.")
             .choice("units", UNITS, "What the numbers of `point` mean.")
-            .param("normal", floats(1e9), list([1.0, 0.0, 0.0]), "", "The plane's normal, of any length.")
+            .param("normal", floats(1e9), list([1.0, 0.0, 0.0]), "1", "The plane's normal, of any length.")
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

@@ -30,7 +30,7 @@ impl Node for Mesh {
                 "Where the viewer stands: 0 looks along −z, 90 along −x.",
             )
             .float("elevation", -90.0..=90.0, 18.0, "degrees", "How far the viewer looks down.")
-            .float("zoom", 0.05..=50.0, 1.0, "", "1 fits the whole mesh, 2 shows it twice as large.")
+            .float("zoom", 0.05..=50.0, 1.0, "1", "1 fits the whole mesh, 2 shows it twice as large.")
             .choice("background", Background::CHOICES, "What lies behind the mesh.")
     }
 

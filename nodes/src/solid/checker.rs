@@ -26,7 +26,7 @@ impl Node for Checker {
         .param("second", color, ints([222, 205, 176]), "levels", "Second colour: red, green, blue in sRGB.")
         .int("cell", 1..=4096, 8, "voxels", "Edge of a cell.")
         .int("noise", 0..=127, 10, "levels", "Largest deviation of a cell's shade, and again of a voxel's.")
-        .int("seed", 0..=i64::from(u32::MAX), 1, "", "Selects the noise.")
+        .int("seed", 0..=i64::from(u32::MAX), 1, "count", "Selects the noise.")
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

@@ -24,7 +24,7 @@ impl Node for Slice {
         .input("solid", SolidValue::TYPE, "What is sliced.")
         .output("image", Image::TYPE, "The slice, in the number type of the map.")
         .param("center", vector.clone(), floats([0.0; 3]), "voxels", "The middle of the picture: x, y, z.")
-        .param("normal", vector, floats([0.0, 0.0, 1.0]), "", "The direction across the plane, of any length.")
+        .param("normal", vector, floats([0.0, 0.0, 1.0]), "1", "The direction across the plane, of any length.")
         .float("rotation", -360.0..=360.0, 0.0, "degrees", "Turns the picture in its plane, rows towards columns.");
         with_picture(spec, "size", 256)
             .float("scale", 1e-3..=1e3, 1.0, "voxels a pixel", "How many voxels a pixel spans.")

@@ -1,0 +1,10 @@
+//! Tests of the real binary.
+
+mod bad_files;
+mod bad_usage;
+mod caching;
+mod cancelling;
+mod describing;
+mod determinism;
+mod support;
+mod writing;
