@@ -45,7 +45,7 @@ fn main() {
         initial.slab.clear();
     }
     initial.jitter =
-        Some(Jitter { amount: num("--jitter", 0.2), sigma_min: 0.3, sigma_max: 1.2, density: 3.0 });
+        Some(Jitter { amount: num("--jitter", 0.1), sigma_min: 0.3, sigma_max: 1.2, density: 3.0 });
     let size = num("--size", 64.0) as u32;
     let sched = |n: f64| match n as i64 {
         0 => Schedule::Jacobi,
@@ -56,11 +56,11 @@ fn main() {
         seed: num("--seed", 1.0) as u64,
         period: if get("--unbounded").is_some() { None } else { Some([size; 3]) },
         coherence: num("--kappa", 0.4),
-        crossbar: num("--lambda", 1.0),
+        crossbar: num("--lambda", 3.0),
         passes: vec![num("--passes", 2.0) as i64, num("--coarse-passes", 4.0) as i64],
         similar: vec![num("--k2", 2.0) as i64, 4],
         triples: vec![num("--k3", 4.0) as i64, 12],
-        schedule: vec![sched(num("--fine", 0.0)), sched(num("--coarse", 1.0))],
+        schedule: vec![sched(num("--fine", 0.0)), sched(num("--coarse", 0.0))],
         color: if get("--mean").is_some() { ColorRule::Mean } else { ColorRule::Nearest },
     };
     let tables =
@@ -153,7 +153,8 @@ fn main() {
                 let (a, b) =
                     (f64::from(px - side / 2) / f64::from(zoom), f64::from(py - side / 2) / f64::from(zoom));
                 let c = f64::from(n) / 2.0;
-                let p = [c + a * 0.7071 + b * 0.4082, c - a * 0.7071 + b * 0.4082, c - b * 0.8165];
+                let (s2, s6) = (std::f64::consts::FRAC_1_SQRT_2, (1.0f64 / 6.0).sqrt());
+                let p = [c + a * s2 + b * s6, c - a * s2 + b * s6, c - b * 2.0 * s6];
                 if p.iter().all(|&q| q >= 0.0 && q < f64::from(n)) {
                     at(p.map(|q| q as i32))
                 } else {

@@ -129,8 +129,8 @@ impl Components {
         let mut basis = Basis { weights: [[[0; 4]; DIMS]; N * N], bias: [0; DIMS], shift };
         for (d, vector) in self.vectors.iter().enumerate() {
             let mut centre = 0.0;
-            for i in 0..SAMPLES {
-                let weight = libm::round(vector[i] * unit);
+            for (i, component) in vector.iter().enumerate() {
+                let weight = libm::round(component * unit);
                 basis.weights[i / 4][d][i % 4] = weight as i8;
                 centre += weight * self.mean[i];
             }
