@@ -23,7 +23,7 @@ fn presets_are_described_with_all_that_they_expose() {
 fn nodes_are_described_in_three_ways() {
     let place = Place::new();
     assert!(place.breccia(&["nodes"]).stdout.contains("lazy.jitter"));
-    assert!(place.breccia(&["nodes", "lazy.jitter"]).stdout.contains("amount = 0.2"));
+    assert!(place.breccia(&["nodes", "lazy.jitter"]).stdout.contains("amount = 0.1"));
     assert!(place.breccia(&["nodes", "lazy.jitter", "--markdown"]).stdout.starts_with("## `lazy.jitter`"));
     let json = place.breccia(&["nodes", "lazy.jitter", "--json"]).stdout;
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();

@@ -134,7 +134,7 @@ impl Node for MakeExemplar {
     fn spec(&self) -> NodeSpec {
         let spec = NodeSpec::new(
             "exemplar.make",
-            1,
+            2,
             "An exemplar from a picture and its aligned maps",
             "The colour guides the matching. A mask (bright inside the features) is turned into a signed feature \
              distance that joins it as a fourth channel; so can any other map as `guide`. All further maps are carried: \
@@ -149,6 +149,7 @@ impl Node for MakeExemplar {
             .iter()
             .fold(spec, |spec, (name, docs)| spec.optional(name, "image", docs))
             .output("exemplar", "exemplar", "One view that serves all three directions.")
+            .output("color", "image", "The colour at the exemplar's size, to compare results with.")
             .int(
                 "max_size",
                 8..=i64::from(MAX_SIDE),
@@ -196,7 +197,9 @@ impl Node for MakeExemplar {
         };
         let exemplar = make_exemplar(&color, mask.as_deref(), guide.as_deref(), &maps, &settings)
             .map_err(NodeError::input)?;
+        let color = exemplar.views[0].carried[0].1.clone();
         context.set("exemplar", exemplar);
+        context.set("color", color);
         Ok(())
     }
 }

@@ -9,6 +9,7 @@ use super::candidates::SET;
 use super::isa::{DU, DV, Isa, Operations, Portable};
 use super::pyramid::{N, Pixel, RADIUS};
 use super::schedule::ColorRule;
+use super::similarity::SET as SIMILAR;
 use super::tables::{LevelTables, ViewTables};
 
 /// Voxels along a window's edge: a brick and two voxels on each side.
@@ -234,7 +235,9 @@ unsafe fn search_2d<O: Operations>(
     let mut pixels = [window.pixels[direction][at]; 16];
     for k in 0..9 {
         let offset = DU[k] as i32 * u + DV[k] as i32 * v;
-        pixels[k] = window.pixels[direction][at.wrapping_add_signed(offset as isize)];
+        // SAFETY: the caller's promise.
+        pixels[k] =
+            unsafe { *window.pixels[direction].get_unchecked(at.wrapping_add_signed(offset as isize)) };
     }
     // SAFETY: the caller's promise, here and below.
     let continuing = unsafe { O::step_back(&pixels, &tables.edges) };
@@ -246,9 +249,8 @@ unsafe fn search_2d<O: Operations>(
         let pixel = continuing[k];
         // SAFETY: the caller's promise.
         let first = unsafe { O::places(&continuing, pixel) }.trailing_zeros() == 2 * k as u32;
-        list[n] = pixel;
-        let set = &tables.similar[tables.view.index(pixel)];
-        list[n + 1..n + weights.similar].copy_from_slice(&set[1..weights.similar]);
+        // A set begins with the pixel itself. All four are copied, whatever their number, in one move.
+        list[n..n + SIMILAR].copy_from_slice(&tables.similar[tables.view.index(pixel)]);
         n += if first { weights.similar } else { 0 };
     }
     // The first again to fill the last group of four.

@@ -43,7 +43,6 @@ impl Node for StatisticsNode {
              iteration, and the crossbar error of the best triple.",
         )
         .paper("Dong et al. 2008, section 4.2")
-        .memory_only()
         .input("candidates", "candidates", "The candidates.")
         .output("report", "report", "The statistics.")
     }
