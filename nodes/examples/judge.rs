@@ -57,7 +57,7 @@ fn main() {
         period: if get("--unbounded").is_some() { None } else { Some([size; 3]) },
         coherence: num("--kappa", 0.4),
         crossbar: num("--lambda", 3.0),
-        passes: vec![num("--passes", 2.0) as i64, num("--coarse-passes", 4.0) as i64],
+        passes: vec![num("--passes", 2.0) as i64, num("--coarse-passes", 2.0) as i64],
         similar: vec![num("--k2", 2.0) as i64, 4],
         triples: vec![num("--k3", 4.0) as i64, 12],
         schedule: vec![sched(num("--fine", 0.0)), sched(num("--coarse", 0.0))],

@@ -83,7 +83,7 @@ impl Default for Settings {
         Self {
             seed: 1,
             period: None,
-            passes: vec![2, 4],
+            passes: vec![2],
             schedule: vec![Schedule::Jacobi],
             similar: vec![2, 4],
             triples: vec![4, 12],
