@@ -24,6 +24,16 @@ pub enum Samples {
     F32(Vec<f32>),
 }
 
+impl SampleType {
+    /// Bytes of a sample.
+    pub fn byte_size(self) -> usize {
+        match self {
+            Self::U8 => 1,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+}
+
 impl Samples {
     /// `len` zeros.
     pub fn zeros(ty: SampleType, len: usize) -> Self {
@@ -68,6 +78,15 @@ impl Samples {
             Self::U8(v) => v,
             Self::U32(v) => bytemuck::cast_slice(v),
             Self::F32(v) => bytemuck::cast_slice(v),
+        }
+    }
+
+    /// The samples' bytes in the machine's order.
+    pub fn bytes_mut(&mut self) -> &mut [u8] {
+        match self {
+            Self::U8(v) => v,
+            Self::U32(v) => bytemuck::cast_slice_mut(v),
+            Self::F32(v) => bytemuck::cast_slice_mut(v),
         }
     }
 

@@ -28,6 +28,12 @@ pub struct Basis {
 }
 
 impl Basis {
+    /// Components that are not always zero.
+    pub fn dims(&self) -> usize {
+        let used = |d: &usize| self.bias[*d] != 0 || self.weights.iter().any(|pixel| pixel[*d] != [0; 4]);
+        (0..DIMS).rev().find(used).map_or(0, |d| d + 1)
+    }
+
     /// The descriptor of a neighbourhood, row by row.
     pub fn project(&self, neighbourhood: &[[u8; 4]; N * N]) -> Descriptor {
         let mut sums = self.bias;

@@ -6,7 +6,7 @@ use rustc_hash::FxHashMap;
 use super::domain::Domain;
 use super::initial::Initial;
 use super::isa::Isa;
-use super::kernel::{SIDE, Weights, Window, correct, one_color};
+use super::kernel::{Job, SIDE, Weights, Window, Workspace, correct, mean_color, nearest_color};
 use super::pyramid::Pixel;
 use super::schedule::ColorRule;
 use super::tables::LevelTables;
@@ -34,7 +34,11 @@ impl Brick {
             view.texels[view.index(pixels[e])]
         });
         (0..3).for_each(|e| self.pixels[e][at] = pixels[e]);
-        self.color[at] = u32::from_le_bytes(one_color(rule, colors).0);
+        let color = match rule {
+            ColorRule::Nearest => colors[nearest_color(colors)],
+            ColorRule::Mean => mean_color(colors),
+        };
+        self.color[at] = u32::from_le_bytes(color);
     }
 
     /// Takes over the voxels of a mask from another brick.
@@ -128,7 +132,9 @@ impl Field {
                 if let Some(moved) = &moved {
                     (0..3).for_each(|i| voxel[i] = voxel[i].wrapping_add(moved[at][i]));
                 }
-                brick.set(at, initial.triple(seed, voxel, views), level, rule);
+                // A slab may come from another exemplar than the tables.
+                let triple = initial.triple(seed, voxel, views);
+                brick.set(at, std::array::from_fn(|e| views[e].shifted(triple[e], 0, 0)), level, rule);
             }
             brick
         })
@@ -172,17 +178,14 @@ impl Field {
         let keys = set.bricks();
         let results = keys
             .par_iter()
-            .map_init(Window::default, |window, &key| {
+            .map_init(Workspace::default, |workspace, &key| {
                 check(control)?;
                 let Some(mask) = set.mask(key) else { return Ok(None) };
                 let Some(&slot) = self.slots.get(&key) else { return Ok(None) };
-                self.fill_window(window, domain, key);
+                self.fill_window(&mut workspace.window, domain, key);
                 let mut brick = self.bricks[slot as usize].clone();
-                let mut cost = 0i64;
-                correct(isa, level, weights, window, mask, &mut |at, corrected| {
-                    brick.set(at, corrected.pixels, level, rule);
-                    cost += i64::from(corrected.cost);
-                });
+                let job = Job { level, weights, rule };
+                let cost = correct(isa, job, workspace, mask, &mut brick);
                 Ok(Some((slot, brick, cost)))
             })
             .collect::<Result<Vec<_>, Cancelled>>()?;
@@ -200,31 +203,39 @@ impl Field {
             std::array::from_fn(|i| domain.wrap(axis, key[axis] * 8 + i as i32 - 2))
         };
         let [xs, ys, zs] = [at(0), at(1), at(2)];
-        let nothing = Brick::empty;
-        let mut absent = None;
-        // The bricks along x that the twelve columns lie in; rarely more than three.
-        let mut columns: Vec<i32> = xs.iter().map(|x| x >> 3).collect();
-        columns.dedup();
+        let absent = Brick::empty();
+        // The brick's own row in one piece, unless a period cuts it.
+        let whole = xs[2] & 7 == 0 && xs[9] == xs[2] + 7;
+        let mut columns: [&Brick; SIDE] = [&absent; SIDE];
         let mut to = 0;
-        for z in zs {
-            for y in ys {
-                let row = ((z & 7) << 6 | (y & 7) << 3) as usize;
-                let mut i = 0;
-                for &bx in &columns {
-                    let brick = match self.brick([bx, y >> 3, z >> 3]) {
-                        Some(brick) => brick,
-                        None => absent.get_or_insert_with(nothing),
-                    };
-                    while i < SIDE && xs[i] >> 3 == bx {
-                        let from = row | (xs[i] & 7) as usize;
-                        window.color[to] = brick.color[from];
-                        window.pixels[0][to] = brick.pixels[0][from];
-                        window.pixels[1][to] = brick.pixels[1][from];
-                        window.pixels[2][to] = brick.pixels[2][from];
-                        to += 1;
-                        i += 1;
+        for z in 0..SIDE {
+            for y in 0..SIDE {
+                let [by, bz] = [ys[y] >> 3, zs[z] >> 3];
+                if y == 0 || by != ys[y - 1] >> 3 {
+                    for x in 0..SIDE {
+                        columns[x] = if x > 0 && xs[x] >> 3 == xs[x - 1] >> 3 {
+                            columns[x - 1]
+                        } else {
+                            self.brick([xs[x] >> 3, by, bz]).unwrap_or(&absent)
+                        };
                     }
                 }
+                let row = ((zs[z] & 7) << 6 | (ys[y] & 7) << 3) as usize;
+                let single: &[usize] =
+                    if whole { &[0, 1, 10, 11] } else { &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11] };
+                for &x in single {
+                    let (brick, from) = (columns[x], row | (xs[x] & 7) as usize);
+                    window.color[to + x] = brick.color[from];
+                    (0..3).for_each(|e| window.pixels[e][to + x] = brick.pixels[e][from]);
+                }
+                if whole {
+                    let brick = columns[2];
+                    window.color[to + 2..to + 10].copy_from_slice(&brick.color[row..row + 8]);
+                    for e in 0..3 {
+                        window.pixels[e][to + 2..to + 10].copy_from_slice(&brick.pixels[e][row..row + 8]);
+                    }
+                }
+                to += SIDE;
             }
         }
     }

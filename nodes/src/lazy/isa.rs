@@ -2,7 +2,10 @@
 //! integer arithmetic, so every set gives the same bits.
 
 use super::basis::{Basis, DIMS, Descriptor};
+use super::candidates::{Strip, Triple};
+use super::kernel::{AROUND, Row, nearest_color};
 use super::pyramid::{N, Pixel};
+use super::tables::ViewTables;
 
 /// An instruction set to run a correction with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,44 +24,130 @@ pub fn available() -> Vec<Isa> {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::is_x86_feature_detected as has;
-        if has!("avx2") {
+        if has!("avx2") && has!("bmi1") && has!("bmi2") && has!("lzcnt") && has!("popcnt") {
             sets.push(Isa::Avx2);
-        }
-        if has!("avx512f") && has!("avx512bw") && has!("avx512vl") && has!("avx512vnni") && has!("avx2") {
-            sets.push(Isa::Avx512);
+            if has!("avx512f") && has!("avx512bw") && has!("avx512vl") && has!("avx512vnni") {
+                sets.push(Isa::Avx512);
+            }
         }
     }
     sets
 }
 
-/// The operations. `at` is the centre's index in the window, `offsets` lead from it to the 25 pixels.
+/// The operations; `NARROW` says that no descriptor has more than eight components. Pixels come in fours, packed into 64 bits, the first lowest; costs in fours of 32 bits.
 ///
 /// # Safety
-/// The processor must have the instruction set; `at + offset` must lie in the window.
+/// The processor must have the instruction set; indices of a window plus the offsets must lie in it; pixels must
+/// be pixels of the view that the tables belong to.
 pub(super) unsafe trait Operations: Copy {
-    /// [`Basis::project`] of a neighbourhood gathered from a window.
-    ///
-    /// # Safety
-    /// See the trait.
-    unsafe fn project(basis: &Basis, window: &[u32], at: usize, offsets: &[i32; N * N]) -> Descriptor;
+    /// Four costs or tags.
+    type Four: Copy;
 
-    /// The squared distances of `a` to `others[0..2]`, and of `b` to `others[2..4]`.
+    /// [`Basis::project`] of four neighbourhoods gathered from a window.
     ///
     /// # Safety
     /// See the trait.
-    unsafe fn distances(a: &Descriptor, b: &Descriptor, others: [&Descriptor; 4]) -> [i32; 4];
+    unsafe fn project<const NARROW: bool>(
+        basis: &Basis,
+        window: &[u32],
+        at: [usize; 4],
+        offsets: &[i32; N * N],
+    ) -> [Descriptor; 4];
 
-    /// The places of a pixel in a list, as bits, two a place.
+    /// For each of eight voxels along x, from `at` on, the pixels that continue its nine neighbours, at the edges
+    /// as the view says, filled up with the last; and what `row` holds of them, each first of its kind adding
+    /// `similar` candidates.
     ///
     /// # Safety
     /// See the trait.
-    unsafe fn places(list: &[Pixel; 16], pixel: Pixel) -> u32;
+    unsafe fn continue_row(
+        pixels: &[Pixel],
+        at: usize,
+        offsets: &[i32; AROUND],
+        tables: &ViewTables,
+        similar: usize,
+        row: &mut Row,
+        continuing: &mut [[Pixel; 16]; 8],
+    );
 
-    /// The pixels one step back from each of sixteen, at the edges as `edges` says.
+    /// The costs of four pixels: the distance of their descriptors, times `incoherent` / 256 where they are none of
+    /// `continuing`, plus their usage weights.
     ///
     /// # Safety
     /// See the trait.
-    unsafe fn step_back(pixels: &[Pixel; 16], edges: &Edges) -> [Pixel; 16];
+    unsafe fn costs<const NARROW: bool>(
+        tables: &ViewTables,
+        descriptor: &Descriptor,
+        continuing: &[Pixel; 16],
+        pixels: u64,
+        incoherent: i32,
+    ) -> Self::Four;
+
+    /// For each direction the pixels of two triples of each other direction's set, as their next and their last.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn pairs(sets: [&[Triple; 2]; 3]) -> [u64; 3];
+
+    /// The costs of two triples of each direction: `own`, the costs of the pixels of [`Operations::pairs`], and the
+    /// crossbar errors times `factor` / 2^24. The first two are the largest number.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn sums(
+        sets: [&[Triple; 2]; 3],
+        factor: u32,
+        own: [i32; 3],
+        costs: [Self::Four; 3],
+    ) -> [Self::Four; 2];
+
+    /// Four numbers.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn load(numbers: &[i32; 4]) -> Self::Four;
+
+    /// One number, four times.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn all(number: i32) -> Self::Four;
+
+    /// Four times the numbers, plus others.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn scale(numbers: Self::Four, plus: [i32; 4]) -> Self::Four;
+
+    /// The first and third of costs, and the largest number in place of the others.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn only_even(costs: Self::Four) -> Self::Four;
+
+    /// The least of four costs and its tag, the smallest of equals.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn least(costs: Self::Four, tags: Self::Four) -> (i32, u32);
+
+    /// Replaces costs and their tags where the new costs are less.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn keep_less(costs: &mut [i32; 4], tags: &mut [i32; 4], new: Self::Four, new_tags: Self::Four);
+
+    /// The squared difference of two strips.
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn strips(a: &Strip, b: &Strip) -> i32;
+
+    /// [`nearest_color`].
+    ///
+    /// # Safety
+    /// See the trait.
+    unsafe fn nearest_color(colors: [[u8; 4]; 3]) -> usize;
 }
 
 /// What lies beyond the edges of a view.
@@ -70,251 +159,158 @@ pub struct Edges {
     pub bounds: [i16; 4],
 }
 
-/// Steps along the columns' axis to the nine neighbours; the rest fills a vector.
-pub(super) const DU: [i16; 16] = [-1, 0, 1, -1, 0, 1, -1, 0, 1, 0, 0, 0, 0, 0, 0, 0];
+/// Steps along the columns' axis to the nine neighbours.
+pub(super) const DU: [i16; AROUND] = [-1, 0, 1, -1, 0, 1, -1, 0, 1];
 /// Steps along the rows' axis.
-pub(super) const DV: [i16; 16] = [-1, -1, -1, 0, 0, 0, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0];
+pub(super) const DV: [i16; AROUND] = [-1, -1, -1, 0, 0, 0, 1, 1, 1];
 
 #[derive(Clone, Copy)]
 pub(super) struct Portable;
 
-// SAFETY: only safe operations.
-unsafe impl Operations for Portable {
-    #[inline(always)]
-    unsafe fn project(basis: &Basis, window: &[u32], at: usize, offsets: &[i32; N * N]) -> Descriptor {
-        basis.project(&offsets.map(|offset| window[at.wrapping_add_signed(offset as isize)].to_le_bytes()))
-    }
-
-    #[inline(always)]
-    unsafe fn distances(a: &Descriptor, b: &Descriptor, others: [&Descriptor; 4]) -> [i32; 4] {
-        let mut sums = [0; 4];
-        for (i, (sum, other)) in sums.iter_mut().zip(others).enumerate() {
-            let query = if i < 2 { a } else { b };
-            for d in 0..DIMS {
-                let difference = i16::from(query[d]) - i16::from(other[d]);
-                *sum += i32::from(difference) * i32::from(difference);
-            }
-        }
-        sums
-    }
-
-    #[inline(always)]
-    unsafe fn places(list: &[Pixel; 16], pixel: Pixel) -> u32 {
-        list.iter().enumerate().fold(0, |bits, (k, &p)| if p == pixel { bits | 3 << (2 * k) } else { bits })
-    }
-
-    #[inline(always)]
-    unsafe fn step_back(pixels: &[Pixel; 16], edges: &Edges) -> [Pixel; 16] {
-        let [x0, x1, y0, y1] = edges.bounds;
-        std::array::from_fn(|k| {
-            let (x, y) = ((pixels[k] & 255) as i16 - DU[k], (pixels[k] >> 8) as i16 - DV[k]);
-            let (x, y) = match edges.around {
-                Some([w, h]) => (x.rem_euclid(w), y.rem_euclid(h)),
-                None => (x.clamp(x0, x1), y.clamp(y0, y1)),
-            };
-            (x | y << 8) as Pixel
-        })
-    }
+#[inline(always)]
+fn unpack(pixels: u64) -> [Pixel; 4] {
+    [0, 16, 32, 48].map(|shift| (pixels >> shift) as Pixel)
 }
 
-#[cfg(target_arch = "x86_64")]
-pub(super) use x86::{Avx2, Avx512};
+#[inline(always)]
+fn pack(pixels: [Pixel; 4]) -> u64 {
+    (0..4).fold(0, |all, k| all | u64::from(pixels[k]) << (16 * k))
+}
 
-#[cfg(target_arch = "x86_64")]
-mod x86 {
-    use std::arch::x86_64::*;
+// SAFETY: only safe operations.
+unsafe impl Operations for Portable {
+    type Four = [i32; 4];
 
-    use super::{Basis, DU, DV, Descriptor, Edges, N, Operations, Pixel};
-
-    /// Sizes of the differences of two descriptors to two others, which fit 7 bits as the entries do.
     #[inline(always)]
-    unsafe fn sizes(query: __m256i, first: &Descriptor, second: &Descriptor) -> __m256i {
-        // SAFETY: descriptors are 16 bytes; callers have AVX2.
-        unsafe {
-            let first = _mm_loadu_si128(first.as_ptr().cast());
-            let second = _mm_loadu_si128(second.as_ptr().cast());
-            _mm256_abs_epi8(_mm256_sub_epi8(query, _mm256_set_m128i(second, first)))
-        }
+    unsafe fn project<const NARROW: bool>(
+        basis: &Basis,
+        window: &[u32],
+        at: [usize; 4],
+        offsets: &[i32; N * N],
+    ) -> [Descriptor; 4] {
+        at.map(|at| {
+            basis.project(&offsets.map(|offset| window[at.wrapping_add_signed(offset as isize)].to_le_bytes()))
+        })
     }
 
-    /// A descriptor in both halves of a register.
     #[inline(always)]
-    unsafe fn twice(descriptor: &Descriptor) -> __m256i {
-        // SAFETY: as above.
-        unsafe { _mm256_broadcastsi128_si256(_mm_loadu_si128(descriptor.as_ptr().cast())) }
+    unsafe fn continue_row(
+        pixels: &[Pixel],
+        at: usize,
+        offsets: &[i32; AROUND],
+        tables: &ViewTables,
+        similar: usize,
+        row: &mut Row,
+        continuing: &mut [[Pixel; 16]; 8],
+    ) {
+        let Edges { around, bounds: [x0, x1, y0, y1] } = tables.edges;
+        for (i, continuing) in continuing.iter_mut().enumerate() {
+            for k in 0..AROUND {
+                let pixel = pixels[(at + i).wrapping_add_signed(offsets[k] as isize)];
+                let (x, y) = ((pixel & 255) as i16 - DU[k], (pixel >> 8) as i16 - DV[k]);
+                let (x, y) = match around {
+                    Some([w, h]) => (x.rem_euclid(w), y.rem_euclid(h)),
+                    None => (x.clamp(x0, x1), y.clamp(y0, y1)),
+                };
+                let pixel = (x | y << 8) as Pixel;
+                let repeated = continuing[..k].contains(&pixel);
+                continuing[k] = pixel;
+                row.index[k][i] = tables.view.index(pixel) as u16;
+                row.advance[k][i] = if repeated { 0 } else { similar as u16 };
+            }
+            let last = continuing[AROUND - 1];
+            continuing[AROUND..].fill(last);
+        }
     }
 
-    /// The sums of the four quarters of two registers.
     #[inline(always)]
-    unsafe fn sum_halves(a: __m256i, b: __m256i) -> [i32; 4] {
-        // SAFETY: as above.
-        unsafe {
-            let pairs = _mm256_hadd_epi32(a, b);
-            let sums = _mm256_hadd_epi32(pairs, pairs);
-            let low = _mm_cvtsi128_si64(_mm256_castsi256_si128(sums));
-            let high = _mm_cvtsi128_si64(_mm256_extracti128_si256::<1>(sums));
-            [low as i32, high as i32, (low >> 32) as i32, (high >> 32) as i32]
-        }
+    unsafe fn costs<const NARROW: bool>(
+        tables: &ViewTables,
+        descriptor: &Descriptor,
+        continuing: &[Pixel; 16],
+        pixels: u64,
+        incoherent: i32,
+    ) -> [i32; 4] {
+        unpack(pixels).map(|pixel| {
+            let record = &tables.records[tables.view.index(pixel)];
+            let mut distance = 0;
+            for (a, b) in descriptor.iter().zip(&record.descriptor[if NARROW { DIMS / 2 } else { 0 }..]) {
+                let difference = i16::from(*a) - i16::from(*b);
+                distance += i32::from(difference) * i32::from(difference);
+            }
+            let coherent = continuing.iter().fold(false, |any, &p| any | (p == pixel));
+            ((distance * if coherent { 256 } else { incoherent }) >> 8) + record.usage
+        })
     }
 
-    /// [`Operations::step_back`] in one register.
     #[inline(always)]
-    unsafe fn step_back_256(pixels: &[Pixel; 16], edges: &Edges) -> [Pixel; 16] {
-        // SAFETY: as above.
-        unsafe {
-            let pixels = _mm256_loadu_si256(pixels.as_ptr().cast());
-            let du = _mm256_loadu_si256(DU.as_ptr().cast());
-            let dv = _mm256_loadu_si256(DV.as_ptr().cast());
-            let mut x = _mm256_sub_epi16(_mm256_and_si256(pixels, _mm256_set1_epi16(255)), du);
-            let mut y = _mm256_sub_epi16(_mm256_srli_epi16::<8>(pixels), dv);
-            if let Some([w, h]) = edges.around {
-                // One step at most beyond an edge: add the size below 0, subtract it above the last.
-                let (w, h) = (_mm256_set1_epi16(w), _mm256_set1_epi16(h));
-                let one = _mm256_set1_epi16(1);
-                let low = _mm256_and_si256(w, _mm256_srai_epi16::<15>(x));
-                let high = _mm256_and_si256(w, _mm256_cmpgt_epi16(x, _mm256_sub_epi16(w, one)));
-                x = _mm256_sub_epi16(_mm256_add_epi16(x, low), high);
-                let low = _mm256_and_si256(h, _mm256_srai_epi16::<15>(y));
-                let high = _mm256_and_si256(h, _mm256_cmpgt_epi16(y, _mm256_sub_epi16(h, one)));
-                y = _mm256_sub_epi16(_mm256_add_epi16(y, low), high);
-            } else {
-                let [x0, x1, y0, y1] = edges.bounds;
-                x = _mm256_min_epi16(_mm256_max_epi16(x, _mm256_set1_epi16(x0)), _mm256_set1_epi16(x1));
-                y = _mm256_min_epi16(_mm256_max_epi16(y, _mm256_set1_epi16(y0)), _mm256_set1_epi16(y1));
-            }
-            let mut out = [0; 16];
-            _mm256_storeu_si256(out.as_mut_ptr().cast(), _mm256_or_si256(x, _mm256_slli_epi16::<8>(y)));
-            out
-        }
+    unsafe fn pairs(sets: [&[Triple; 2]; 3]) -> [u64; 3] {
+        std::array::from_fn(|d| {
+            let (next_of, last_of) = (sets[(d + 2) % 3], sets[(d + 1) % 3]);
+            pack([next_of[0].next, next_of[1].next, last_of[0].last, last_of[1].last])
+        })
     }
 
-    #[derive(Clone, Copy)]
-    pub(in super::super) struct Avx2;
-
-    // SAFETY: callers have AVX2.
-    unsafe impl Operations for Avx2 {
-        #[inline(always)]
-        unsafe fn project(basis: &Basis, window: &[u32], at: usize, offsets: &[i32; N * N]) -> Descriptor {
-            // SAFETY: the window's bounds are the caller's promise, the loads stay inside the basis. Weights are
-            // at most 63, so a pair of products is at most 2 · 255 · 63 < 2^15 and does not saturate.
-            unsafe {
-                let ones = _mm256_set1_epi16(1);
-                let mut low = _mm256_loadu_si256(basis.bias.as_ptr().cast());
-                let mut high = _mm256_loadu_si256(basis.bias.as_ptr().add(8).cast());
-                for (weights, &offset) in basis.weights.iter().zip(offsets) {
-                    let texel = *window.get_unchecked(at.wrapping_add_signed(offset as isize));
-                    let texel = _mm256_set1_epi32(texel as i32);
-                    let weights: *const __m256i = weights.as_ptr().cast();
-                    let a = _mm256_maddubs_epi16(texel, _mm256_loadu_si256(weights));
-                    let b = _mm256_maddubs_epi16(texel, _mm256_loadu_si256(weights.add(1)));
-                    low = _mm256_add_epi32(low, _mm256_madd_epi16(a, ones));
-                    high = _mm256_add_epi32(high, _mm256_madd_epi16(b, ones));
-                }
-                let shift = _mm_cvtsi32_si128(basis.shift as i32);
-                let packed = _mm256_packs_epi32(_mm256_sra_epi32(low, shift), _mm256_sra_epi32(high, shift));
-                let packed = _mm256_permute4x64_epi64::<0b11_01_10_00>(packed);
-                finish(_mm256_castsi256_si128(packed), _mm256_extracti128_si256::<1>(packed))
-            }
-        }
-
-        #[inline(always)]
-        unsafe fn distances(a: &Descriptor, b: &Descriptor, others: [&Descriptor; 4]) -> [i32; 4] {
-            // SAFETY: as the trait. Two squares of 7 bits fit i16.
-            unsafe {
-                let ones = _mm256_set1_epi16(1);
-                let a = sizes(twice(a), others[0], others[1]);
-                let b = sizes(twice(b), others[2], others[3]);
-                let a = _mm256_madd_epi16(_mm256_maddubs_epi16(a, a), ones);
-                sum_halves(a, _mm256_madd_epi16(_mm256_maddubs_epi16(b, b), ones))
-            }
-        }
-
-        #[inline(always)]
-        unsafe fn places(list: &[Pixel; 16], pixel: Pixel) -> u32 {
-            // SAFETY: as the trait.
-            unsafe {
-                let list = _mm256_loadu_si256(list.as_ptr().cast());
-                _mm256_movemask_epi8(_mm256_cmpeq_epi16(list, _mm256_set1_epi16(pixel as i16))) as u32
-            }
-        }
-
-        #[inline(always)]
-        unsafe fn step_back(pixels: &[Pixel; 16], edges: &Edges) -> [Pixel; 16] {
-            // SAFETY: as the trait.
-            unsafe { step_back_256(pixels, edges) }
-        }
-    }
-
-    /// Clamps 16 words to 0 … 127 and packs them to bytes.
     #[inline(always)]
-    unsafe fn finish(low: __m128i, high: __m128i) -> Descriptor {
-        // SAFETY: SSE2 is always there on x86-64.
-        unsafe {
-            let bytes = _mm_min_epu8(_mm_packus_epi16(low, high), _mm_set1_epi8(127));
-            let mut out = [0; 16];
-            _mm_storeu_si128(out.as_mut_ptr().cast(), bytes);
-            out
+    unsafe fn sums(
+        sets: [&[Triple; 2]; 3],
+        factor: u32,
+        own: [i32; 3],
+        costs: [[i32; 4]; 3],
+    ) -> [[i32; 4]; 2] {
+        let sum = |e: usize, k: usize| {
+            let crossbar = (u64::from(sets[e][k].crossbar) * u64::from(factor)) >> 24;
+            own[e] + crossbar as i32 + costs[(e + 1) % 3][k] + costs[(e + 2) % 3][2 + k]
+        };
+        [[i32::MAX, i32::MAX, sum(0, 0), sum(0, 1)], [sum(1, 0), sum(1, 1), sum(2, 0), sum(2, 1)]]
+    }
+
+    #[inline(always)]
+    unsafe fn load(numbers: &[i32; 4]) -> [i32; 4] {
+        *numbers
+    }
+
+    #[inline(always)]
+    unsafe fn all(number: i32) -> [i32; 4] {
+        [number; 4]
+    }
+
+    #[inline(always)]
+    unsafe fn scale(numbers: [i32; 4], plus: [i32; 4]) -> [i32; 4] {
+        std::array::from_fn(|k| 4 * numbers[k] + plus[k])
+    }
+
+    #[inline(always)]
+    unsafe fn only_even(costs: [i32; 4]) -> [i32; 4] {
+        [costs[0], i32::MAX, costs[2], i32::MAX]
+    }
+
+    #[inline(always)]
+    unsafe fn least(costs: [i32; 4], tags: [i32; 4]) -> (i32, u32) {
+        let key = |k: usize| (costs[k], tags[k] as u32);
+        key(0).min(key(1)).min(key(2).min(key(3)))
+    }
+
+    #[inline(always)]
+    unsafe fn keep_less(costs: &mut [i32; 4], tags: &mut [i32; 4], new: [i32; 4], new_tags: [i32; 4]) {
+        for k in 0..4 {
+            if new[k] < costs[k] {
+                (costs[k], tags[k]) = (new[k], new_tags[k]);
+            }
         }
     }
 
-    #[derive(Clone, Copy)]
-    pub(in super::super) struct Avx512;
+    #[inline(always)]
+    unsafe fn strips(a: &Strip, b: &Strip) -> i32 {
+        let square = |(a, b): (&u8, &u8)| {
+            let difference = i32::from(i16::from(*a) - i16::from(*b));
+            difference * difference
+        };
+        a.iter().zip(b).map(square).sum()
+    }
 
-    // SAFETY: callers have AVX-512 F, BW, VL and VNNI.
-    unsafe impl Operations for Avx512 {
-        #[inline(always)]
-        unsafe fn project(basis: &Basis, window: &[u32], at: usize, offsets: &[i32; N * N]) -> Descriptor {
-            // SAFETY: as for AVX2; a pixel's weights are 64 bytes.
-            unsafe {
-                let mut even = _mm512_loadu_si512(basis.bias.as_ptr().cast());
-                let mut odd = _mm512_setzero_si512();
-                let weights: *const __m512i = basis.weights.as_ptr().cast();
-                // Two sums, so that one product need not wait for the other. No closures: they would be compiled
-                // without the instruction set.
-                let mut k = 0;
-                while k < N * N {
-                    let texel = *window.get_unchecked(at.wrapping_add_signed(offsets[k] as isize));
-                    let texel = _mm512_set1_epi32(texel as i32);
-                    even = _mm512_dpbusd_epi32(even, texel, _mm512_loadu_si512(weights.add(k)));
-                    k += 1;
-                    if k < N * N {
-                        let texel = *window.get_unchecked(at.wrapping_add_signed(offsets[k] as isize));
-                        let texel = _mm512_set1_epi32(texel as i32);
-                        odd = _mm512_dpbusd_epi32(odd, texel, _mm512_loadu_si512(weights.add(k)));
-                        k += 1;
-                    }
-                }
-                let sums =
-                    _mm512_sra_epi32(_mm512_add_epi32(even, odd), _mm_cvtsi32_si128(basis.shift as i32));
-                let words = _mm512_cvtsepi32_epi16(sums);
-                finish(_mm256_castsi256_si128(words), _mm256_extracti128_si256::<1>(words))
-            }
-        }
-
-        #[inline(always)]
-        unsafe fn distances(a: &Descriptor, b: &Descriptor, others: [&Descriptor; 4]) -> [i32; 4] {
-            // SAFETY: as the trait.
-            unsafe {
-                let zero = _mm256_setzero_si256();
-                let a = sizes(twice(a), others[0], others[1]);
-                let b = sizes(twice(b), others[2], others[3]);
-                sum_halves(_mm256_dpbusd_epi32(zero, a, a), _mm256_dpbusd_epi32(zero, b, b))
-            }
-        }
-
-        #[inline(always)]
-        unsafe fn places(list: &[Pixel; 16], pixel: Pixel) -> u32 {
-            // SAFETY: as the trait.
-            unsafe {
-                let list = _mm256_loadu_si256(list.as_ptr().cast());
-                _mm256_movemask_epi8(_mm256_cmpeq_epi16(list, _mm256_set1_epi16(pixel as i16))) as u32
-            }
-        }
-
-        #[inline(always)]
-        unsafe fn step_back(pixels: &[Pixel; 16], edges: &Edges) -> [Pixel; 16] {
-            // SAFETY: as the trait.
-            unsafe { step_back_256(pixels, edges) }
-        }
+    #[inline(always)]
+    unsafe fn nearest_color(colors: [[u8; 4]; 3]) -> usize {
+        nearest_color(colors)
     }
 }

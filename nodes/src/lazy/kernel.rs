@@ -4,9 +4,14 @@
 //! direction, then triples are compared: those kept at the three best pixels, and the triple of the three. The cost
 //! of a triple is, over its directions, the descriptor distance (raised by κ where the pixel continues no
 //! neighbour) plus the pixel's usage weight, plus λ times the crossbar error. Ties go to the triple tried first.
+//!
+//! The voxels of one layer go through each step together. What a step writes is read a whole layer later, when it
+//! has long left the processor's store buffer, and the candidates of all voxels make one list, so that no loop
+//! has a length which the processor cannot foresee.
 
-use super::candidates::SET;
-use super::isa::{DU, DV, Isa, Operations, Portable};
+use super::candidates::{SET, Triple};
+use super::field::Brick;
+use super::isa::{Isa, Operations, Portable};
 use super::pyramid::{N, Pixel, RADIUS};
 use super::schedule::ColorRule;
 use super::similarity::SET as SIMILAR;
@@ -15,6 +20,10 @@ use super::tables::{LevelTables, ViewTables};
 /// Voxels along a window's edge: a brick and two voxels on each side.
 pub(super) const SIDE: usize = 12;
 const STRIDE: [i32; 3] = [1, SIDE as i32, (SIDE * SIDE) as i32];
+/// Voxels of a brick's layer.
+const LAYER: usize = 64;
+/// Pixels that continue a neighbour.
+pub(super) const AROUND: usize = 9;
 
 /// The state around a brick before a sub-pass.
 pub(super) struct Window {
@@ -24,10 +33,76 @@ pub(super) struct Window {
     pub pixels: [[Pixel; SIDE * SIDE * SIDE]; 3],
 }
 
-impl Default for Window {
+/// A window, and what the steps of a layer's correction hand on.
+pub(super) struct Workspace {
+    pub window: Window,
+    layer: Layer,
+}
+
+impl Default for Workspace {
     fn default() -> Self {
-        Self { color: [0; 1728], pixels: [[0; 1728]; 3] }
+        let direction = Direction {
+            descriptors: [[0; 16]; LAYER],
+            continuing: [[0; 16]; LAYER],
+            best: [0; LAYER],
+            best_cost: [0; LAYER],
+        };
+        Self {
+            window: Window { color: [0; 1728], pixels: [[0; 1728]; 3] },
+            layer: Layer {
+                voxels: [0; LAYER],
+                at: [0; LAYER],
+                count: 0,
+                directions: [direction; 3],
+                list: [0; LIST],
+                owners: [0; GROUPS],
+                row: Row { index: [[0; 8]; AROUND], advance: [[0; 8]; AROUND] },
+                costs: [[0; 4]; LAYER],
+                tags: [[0; 4]; LAYER],
+            },
+        }
     }
+}
+
+/// Groups of four candidates of a layer at most, and what is written beyond them.
+const GROUPS: usize = LAYER * AROUND * SIMILAR / 4 + 16;
+const LIST: usize = 4 * GROUPS;
+
+/// The voxels of a layer that are corrected, each in its own slot.
+struct Layer {
+    /// Index in the layer.
+    voxels: [u8; LAYER],
+    /// Index in the window.
+    at: [u16; LAYER],
+    count: usize,
+    directions: [Direction; 3],
+    /// The 2D candidates in groups of four.
+    list: [Pixel; LIST],
+    /// The slot that a group belongs to.
+    owners: [u8; GROUPS],
+    row: Row,
+    /// Every fourth candidate shares a lane, and each lane keeps its best.
+    costs: [[i32; 4]; LAYER],
+    /// The groups that the costs come from.
+    tags: [[i32; 4]; LAYER],
+}
+
+/// What one direction knows of the voxels.
+#[derive(Clone, Copy)]
+struct Direction {
+    descriptors: [[u8; 16]; LAYER],
+    /// The nine pixels that continue a neighbour, filled up with the last.
+    continuing: [[Pixel; 16]; LAYER],
+    best: [Pixel; LAYER],
+    best_cost: [i32; LAYER],
+}
+
+/// The nine pixels that continue a neighbour of eight voxels along x.
+pub(super) struct Row {
+    /// Their indices.
+    pub index: [[u16; 8]; AROUND],
+    /// The number of candidates that each adds: none where an earlier one is the same pixel.
+    pub advance: [[u16; 8]; AROUND],
 }
 
 /// The weights of a cost, in 256ths.
@@ -41,10 +116,12 @@ pub(super) struct Weights {
     pub crossbar: u64,
 }
 
-/// The result for one voxel.
-pub(super) struct Corrected {
-    pub pixels: [Pixel; 3],
-    pub cost: i32,
+/// What a correction of a level works with.
+#[derive(Clone, Copy)]
+pub(super) struct Job<'a> {
+    pub level: &'a LevelTables,
+    pub weights: Weights,
+    pub rule: ColorRule,
 }
 
 /// Offsets in a window to the pixels of a neighbourhood of a direction, row by row.
@@ -61,277 +138,378 @@ const fn offsets(direction: usize) -> [i32; N * N] {
 
 const OFFSETS: [[i32; N * N]; 3] = [offsets(0), offsets(1), offsets(2)];
 
-/// Corrects the voxels of `mask` (bits x + 8 y of word z) and hands each to `store` with its index in the brick.
+/// The offsets of the nine nearest of them.
+const fn nearest(direction: usize) -> [i32; AROUND] {
+    let mut out = [0; AROUND];
+    let mut k = 0;
+    while k < AROUND {
+        out[k] = OFFSETS[direction][(k / 3 + 1) * 5 + k % 3 + 1];
+        k += 1;
+    }
+    out
+}
+
+const NEAREST: [[i32; AROUND]; 3] = [nearest(0), nearest(1), nearest(2)];
+
+/// Corrects the voxels of `mask` (bits x + 8 y of word z) of the brick amid the workspace's window, and returns the
+/// sum of their costs.
 pub(super) fn correct(
     isa: Isa,
-    level: &LevelTables,
-    weights: Weights,
-    window: &Window,
+    job: Job<'_>,
+    workspace: &mut Workspace,
     mask: &[u64; 8],
-    store: &mut dyn FnMut(usize, Corrected),
-) {
+    brick: &mut Brick,
+) -> i64 {
     match isa {
         #[cfg(target_arch = "x86_64")]
         // SAFETY: `isa` comes from `isa::available`.
-        Isa::Avx512 => unsafe { correct_avx512(level, weights, window, mask, store) },
+        Isa::Avx512 => unsafe { correct_avx512(job, workspace, mask, brick) },
         #[cfg(target_arch = "x86_64")]
         // SAFETY: as above.
-        Isa::Avx2 => unsafe { correct_avx2(level, weights, window, mask, store) },
+        Isa::Avx2 => unsafe { correct_avx2(job, workspace, mask, brick) },
         // SAFETY: the portable operations need nothing.
-        _ => unsafe { correct_with::<Portable>(level, weights, window, mask, store) },
+        _ => unsafe { correct_with::<Portable>(job, workspace, mask, brick) },
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-unsafe fn correct_avx2(
-    level: &LevelTables,
-    weights: Weights,
-    window: &Window,
-    mask: &[u64; 8],
-    store: &mut dyn FnMut(usize, Corrected),
-) {
+unsafe fn correct_avx2(job: Job<'_>, workspace: &mut Workspace, mask: &[u64; 8], brick: &mut Brick) -> i64 {
     // SAFETY: the caller's promise.
-    unsafe { correct_with::<super::isa::Avx2>(level, weights, window, mask, store) }
+    unsafe { correct_with::<super::x86::Avx2>(job, workspace, mask, brick) }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512bw,avx512vl,avx512vnni")]
-unsafe fn correct_avx512(
-    level: &LevelTables,
-    weights: Weights,
-    window: &Window,
-    mask: &[u64; 8],
-    store: &mut dyn FnMut(usize, Corrected),
-) {
+unsafe fn correct_avx512(job: Job<'_>, workspace: &mut Workspace, mask: &[u64; 8], brick: &mut Brick) -> i64 {
     // SAFETY: the caller's promise.
-    unsafe { correct_with::<super::isa::Avx512>(level, weights, window, mask, store) }
+    unsafe { correct_with::<super::x86::Avx512>(job, workspace, mask, brick) }
 }
 
 #[inline(always)]
 unsafe fn correct_with<O: Operations>(
-    level: &LevelTables,
-    weights: Weights,
-    window: &Window,
+    job: Job<'_>,
+    workspace: &mut Workspace,
     mask: &[u64; 8],
-    store: &mut dyn FnMut(usize, Corrected),
-) {
+    brick: &mut Brick,
+) -> i64 {
+    // SAFETY: the caller's promise.
+    unsafe {
+        match job.level.narrow {
+            true => correct_layers::<O, true>(job, workspace, mask, brick),
+            false => correct_layers::<O, false>(job, workspace, mask, brick),
+        }
+    }
+}
+
+// Whatever an instruction set runs is inlined into its function, without closures: those would be compiled
+// without the instruction set.
+#[inline(always)]
+unsafe fn correct_layers<O: Operations, const NARROW: bool>(
+    job: Job<'_>,
+    workspace: &mut Workspace,
+    mask: &[u64; 8],
+    brick: &mut Brick,
+) -> i64 {
+    let Workspace { window, layer } = workspace;
+    let mut cost = 0;
     for (z, &word) in mask.iter().enumerate() {
+        if word == 0 {
+            continue;
+        }
+        layer.choose(z, word);
+        // SAFETY: the caller's promise; every slot's neighbourhood lies in the window, and the pixels in tables
+        // and window are those of the views, as `Tables::new` and `Field` see to.
+        unsafe {
+            for direction in 0..3 {
+                let tables = job.level.view(direction);
+                layer.project::<O, NARROW>(tables, window, direction);
+                let groups =
+                    layer.list_candidates::<O>(tables, window, direction, z, word, job.weights.similar);
+                layer.search::<O, NARROW>(tables, direction, groups, job.weights);
+            }
+            cost += layer.search_triples::<O, NARROW>(job, z, brick);
+        }
+    }
+    cost
+}
+
+impl Layer {
+    /// Gives each voxel of a layer that is to be corrected a slot.
+    #[inline(always)]
+    fn choose(&mut self, z: usize, word: u64) {
         let mut bits = word;
+        self.count = 0;
         while bits != 0 {
             let i = bits.trailing_zeros() as usize;
             bits &= bits - 1;
-            let at = (z + 2) * 144 + (i / 8 + 2) * 12 + i % 8 + 2;
-            // SAFETY: `at` is a voxel of the brick, so its neighbourhood lies in the window.
-            store(z * 64 + i, unsafe { correct_voxel::<O>(level, weights, window, at) });
+            self.voxels[self.count] = i as u8;
+            self.at[self.count] = window_index(z, i) as u16;
+            self.count += 1;
         }
     }
-}
 
-/// What one direction knows of a voxel.
-#[derive(Clone, Copy)]
-struct Direction {
-    descriptor: [u8; 16],
-    /// The nine pixels that continue a neighbour, filled up with the middle one.
-    continuing: [Pixel; 16],
-    best: Pixel,
-    best_cost: i32,
-}
-
-#[inline(always)]
-unsafe fn correct_voxel<O: Operations>(
-    level: &LevelTables,
-    weights: Weights,
-    window: &Window,
-    at: usize,
-) -> Corrected {
-    // Written out: a closure would not have the caller's instruction set.
-    // SAFETY: the caller's promise.
-    let directions = unsafe {
-        [
-            search_2d::<O>(level.view(0), weights, window, at, 0),
-            search_2d::<O>(level.view(1), weights, window, at, 1),
-            search_2d::<O>(level.view(2), weights, window, at, 2),
-        ]
-    };
-    let views = [level.view(0), level.view(1), level.view(2)];
-    let bests = [directions[0].best, directions[1].best, directions[2].best];
-    let mixed = directions[0].best_cost
-        + directions[1].best_cost
-        + directions[2].best_cost
-        + weigh(crossbar(views, bests), level, weights);
-    // Order 0 is the mixed triple, others lead back to a direction and a place in its set.
-    let mut found = key(mixed, 0, 0);
-    for e in 0..3 {
-        let (next, last) = ((e + 1) % 3, (e + 2) % 3);
-        let set = &views[e].triples[views[e].view.index(directions[e].best)];
-        let mut k = 0;
-        while k < weights.triples {
-            let pair = [set[k], set[(k + 1).min(SET - 1)]];
-            let nexts = [views[next].view.index(pair[0].next), views[next].view.index(pair[1].next)];
-            let lasts = [views[last].view.index(pair[0].last), views[last].view.index(pair[1].last)];
+    /// The descriptors of the voxels' neighbourhoods.
+    #[inline(always)]
+    unsafe fn project<O: Operations, const NARROW: bool>(&mut self, tables: &ViewTables, window: &Window, direction: usize) {
+        let mut slot = 0;
+        while slot < self.count {
+            // The last four may overlap those before, or repeat the last voxel.
+            let first = slot.min(self.count.saturating_sub(4));
+            let at = [first, first + 1, first + 2, first + 3].map(|s| usize::from(self.at[s.min(self.count - 1)]));
             // SAFETY: the caller's promise.
-            let d = unsafe {
-                O::distances(
-                    &directions[next].descriptor,
-                    &directions[last].descriptor,
-                    [
-                        &views[next].descriptors[nexts[0]],
-                        &views[next].descriptors[nexts[1]],
-                        &views[last].descriptors[lasts[0]],
-                        &views[last].descriptors[lasts[1]],
-                    ],
-                )
-            };
-            for i in 0..2 {
-                // SAFETY: the caller's promise.
-                let (to_next, to_last) = unsafe {
-                    (
-                        weigh_distance::<O>(d[i], &directions[next].continuing, pair[i].next, weights),
-                        weigh_distance::<O>(d[2 + i], &directions[last].continuing, pair[i].last, weights),
-                    )
-                };
-                let own = directions[e].best_cost + weigh(pair[i].crossbar, level, weights);
-                let cost =
-                    own + to_next + views[next].usage[nexts[i]] + to_last + views[last].usage[lasts[i]];
-                // Beyond the number asked for, the second of a pair is not a candidate.
-                let cost = if k + i < weights.triples { cost } else { i32::MAX };
-                found = found.min(key(cost, (1 + e * SET + k + i) as u32, 0));
+            let descriptors = unsafe { O::project::<NARROW>(&tables.basis, &window.color, at, &OFFSETS[direction]) };
+            self.directions[direction].descriptors[first..first + 4].copy_from_slice(&descriptors);
+            slot += 4;
+        }
+    }
+
+    /// The pixels that continue a neighbour of each voxel, and its candidates: the similarity sets of those pixels.
+    /// Neighbours in one patch all lead to the same pixel, whose set is taken once: without a branch, which
+    /// nothing could predict, a repeated one is overwritten by the next. Returns the number of groups of four.
+    #[inline(always)]
+    unsafe fn list_candidates<O: Operations>(
+        &mut self,
+        tables: &ViewTables,
+        window: &Window,
+        direction: usize,
+        z: usize,
+        word: u64,
+        similar: usize,
+    ) -> usize {
+        let continuing = &mut self.directions[direction].continuing;
+        let list = self.list.as_mut_ptr();
+        let mut groups = 0;
+        let mut slot = 0;
+        for y in 0..8 {
+            let mut left = word >> (8 * y) & 255;
+            if left == 0 {
+                continue;
             }
-            k += 2;
+            // SAFETY: the caller's promise; a slot adds at most nine groups, and `GROUPS` leaves room for what is
+            // written beyond the last.
+            unsafe {
+                let (at, pixels) = (window_index(z, 8 * y), &window.pixels[direction]);
+                let chosen = left.count_ones() as usize;
+                let mut rows = [[0; 16]; 8];
+                O::continue_row(pixels, at, &NEAREST[direction], tables, similar, &mut self.row, &mut rows);
+                for _ in 0..chosen {
+                    let x = left.trailing_zeros() as usize;
+                    left &= left - 1;
+                    *continuing.get_unchecked_mut(slot) = *rows.get_unchecked(x);
+                    let mut to = list.add(4 * groups);
+                    let from = to;
+                    for k in 0..AROUND {
+                        let index = usize::from(*self.row.index[k].get_unchecked(x));
+                        // A set begins with the pixel itself. All are copied, whatever their number, in one move.
+                        to.cast::<[Pixel; SIMILAR]>()
+                            .write_unaligned(tables.records.get_unchecked(index).similar);
+                        to = to.add(usize::from(*self.row.advance[k].get_unchecked(x)));
+                    }
+                    // The first again to fill the last group of four.
+                    to.cast::<[Pixel; 4]>().write_unaligned([*from; 4]);
+                    let own = (to.offset_from_unsigned(from)).div_ceil(4);
+                    let owners = self.owners.as_mut_ptr().add(groups);
+                    owners.cast::<[u8; 16]>().write_unaligned([slot as u8; 16]);
+                    groups += own;
+                    slot += 1;
+                }
+            }
+        }
+        groups
+    }
+
+    /// The best pixel of one direction among the candidates of each voxel.
+    #[inline(always)]
+    unsafe fn search<O: Operations, const NARROW: bool>(
+        &mut self,
+        tables: &ViewTables,
+        direction: usize,
+        groups: usize,
+        weights: Weights,
+    ) {
+        self.costs[..self.count].fill([i32::MAX; 4]);
+        let Direction { descriptors, continuing, best, best_cost } = &mut self.directions[direction];
+        for group in 0..groups {
+            // SAFETY: the caller's promise; owners are slots.
+            unsafe {
+                let slot = usize::from(*self.owners.get_unchecked(group));
+                let pixels = self.list.as_ptr().add(4 * group).cast::<u64>().read_unaligned();
+                let cost = O::costs::<NARROW>(
+                    tables,
+                    descriptors.get_unchecked(slot),
+                    continuing.get_unchecked(slot),
+                    pixels,
+                    weights.incoherent,
+                );
+                let (costs, tags) = (self.costs.get_unchecked_mut(slot), self.tags.get_unchecked_mut(slot));
+                O::keep_less(costs, tags, cost, O::all(group as i32));
+            }
+        }
+        for slot in 0..self.count {
+            // SAFETY: the caller's promise; a tag is a group and a lane a place in it.
+            unsafe {
+                let tags = O::scale(O::load(self.tags.get_unchecked(slot)), [0, 1, 2, 3]);
+                let (cost, place) = O::least(O::load(self.costs.get_unchecked(slot)), tags);
+                best[slot] = *self.list.get_unchecked(place as usize);
+                best_cost[slot] = cost;
+            }
         }
     }
-    let (cost, order) = ((found >> 32) as i32, (found >> 16 & 0xffff) as usize);
-    if order == 0 {
-        return Corrected { pixels: bests, cost };
-    }
-    let e = (order - 1) / SET;
-    let triple = views[e].triples[views[e].view.index(bests[e])][(order - 1) % SET];
-    let mut pixels = bests;
-    pixels[(e + 1) % 3] = triple.next;
-    pixels[(e + 2) % 3] = triple.last;
-    Corrected { pixels, cost }
-}
 
-/// A crossbar error in the units of descriptor distances, weighted.
-#[inline(always)]
-fn weigh(crossbar: u32, level: &LevelTables, weights: Weights) -> i32 {
-    // At most 3.9 million · 2^16 · 2^12 before the shift; the cap keeps sums of costs within 31 bits.
-    ((u64::from(crossbar) * u64::from(level.scale) * weights.crossbar) >> 24).min(1 << 29) as i32
-}
-
-/// The first step: the best pixel of one direction among the 2D candidates of the neighbours.
-#[inline(always)]
-unsafe fn search_2d<O: Operations>(
-    tables: &ViewTables,
-    weights: Weights,
-    window: &Window,
-    at: usize,
-    direction: usize,
-) -> Direction {
-    let (u, v) = (STRIDE[(direction + 1) % 3], STRIDE[(direction + 2) % 3]);
-    // SAFETY: the caller's promise.
-    let descriptor = unsafe { O::project(&tables.basis, &window.color, at, &OFFSETS[direction]) };
-    let mut pixels = [window.pixels[direction][at]; 16];
-    for k in 0..9 {
-        let offset = DU[k] as i32 * u + DV[k] as i32 * v;
-        // SAFETY: the caller's promise.
-        pixels[k] =
-            unsafe { *window.pixels[direction].get_unchecked(at.wrapping_add_signed(offset as isize)) };
-    }
-    // SAFETY: the caller's promise, here and below.
-    let continuing = unsafe { O::step_back(&pixels, &tables.edges) };
-    // The candidates in order. Neighbours in one patch all lead to the same pixel, which is taken once: without a
-    // branch, which nothing could predict, a repeated one is overwritten by the next.
-    let mut list = [0; 44];
-    let mut n = 0;
-    for k in 0..9 {
-        let pixel = continuing[k];
-        // SAFETY: the caller's promise.
-        let first = unsafe { O::places(&continuing, pixel) }.trailing_zeros() == 2 * k as u32;
-        // A set begins with the pixel itself. All four are copied, whatever their number, in one move.
-        list[n..n + SIMILAR].copy_from_slice(&tables.similar[tables.view.index(pixel)]);
-        n += if first { weights.similar } else { 0 };
-    }
-    // The first again to fill the last group of four.
-    let fill = list[0];
-    list[n..n + 4].fill(fill);
-    // The smallest of cost, order and pixel in one number.
-    let mut best = u64::MAX;
-    let mut k = 0;
-    while k < n {
-        let group = [list[k], list[k + 1], list[k + 2], list[k + 3]];
-        let at = [
-            tables.view.index(group[0]),
-            tables.view.index(group[1]),
-            tables.view.index(group[2]),
-            tables.view.index(group[3]),
-        ];
-        let table = &tables.descriptors;
-        // SAFETY: the caller's promise.
-        let d = unsafe {
-            O::distances(
-                &descriptor,
-                &descriptor,
-                [&table[at[0]], &table[at[1]], &table[at[2]], &table[at[3]]],
-            )
-        };
-        for i in 0..4 {
+    /// The best triple of each voxel; returns the sum of their costs.
+    #[inline(always)]
+    unsafe fn search_triples<O: Operations, const NARROW: bool>(
+        &mut self,
+        job: Job<'_>,
+        z: usize,
+        brick: &mut Brick,
+    ) -> i64 {
+        let Job { level, weights, rule } = job;
+        let views = [level.view(0), level.view(1), level.view(2)];
+        let factor = crossbar_factor(level, weights);
+        let mut total = 0;
+        for slot in 0..self.count {
+            let d = &self.directions;
+            let bests = [d[0].best[slot], d[1].best[slot], d[2].best[slot]];
+            let own = [d[0].best_cost[slot], d[1].best_cost[slot], d[2].best_cost[slot]];
+            let index = [
+                views[0].view.index(bests[0]),
+                views[1].view.index(bests[1]),
+                views[2].view.index(bests[2]),
+            ];
             // SAFETY: the caller's promise.
-            let cost =
-                unsafe { weigh_distance::<O>(d[i], &continuing, group[i], weights) } + tables.usage[at[i]];
-            best = best.min(key(cost, (k + i) as u32, group[i]));
+            let crossbar = unsafe {
+                O::strips(views[0].columns.get_unchecked(index[0]), views[1].rows.get_unchecked(index[1]))
+                    + O::strips(views[1].columns.get_unchecked(index[1]), views[2].rows.get_unchecked(index[2]))
+                    + O::strips(views[2].columns.get_unchecked(index[2]), views[0].rows.get_unchecked(index[0]))
+            };
+            let mixed = own[0] + own[1] + own[2] + weigh(crossbar as u32, factor);
+            // Tag 0 is the mixed triple, others lead back to a direction and a place in its set.
+            let mut costs = [[mixed, i32::MAX, i32::MAX, i32::MAX], [i32::MAX; 4]];
+            let mut tags = [[0; 4]; 2];
+            let mut first = 0;
+            while first < weights.triples {
+                // SAFETY: the caller's promise.
+                unsafe {
+                    let sets = [
+                        views[0].triples.get_unchecked(first / 2).get_unchecked(index[0]),
+                        views[1].triples.get_unchecked(first / 2).get_unchecked(index[1]),
+                        views[2].triples.get_unchecked(first / 2).get_unchecked(index[2]),
+                    ];
+                    let pixels = O::pairs(sets);
+                    // Written out, as an array's `map` takes a closure.
+                    let mut found = [O::all(0); 3];
+                    for e in 0..3 {
+                        found[e] = O::costs::<NARROW>(
+                            views[e],
+                            d[e].descriptors.get_unchecked(slot),
+                            d[e].continuing.get_unchecked(slot),
+                            pixels[e],
+                            weights.incoherent,
+                        );
+                    }
+                    let [mut a, mut b] = O::sums(sets, factor, own, found);
+                    if first + 1 == weights.triples {
+                        (a, b) = (O::only_even(a), O::only_even(b));
+                    }
+                    let [to_a, to_b] = &mut costs;
+                    let [tags_a, tags_b] = &mut tags;
+                    O::keep_less(to_a, tags_a, a, O::load(&TAGS[first / 2][0]));
+                    O::keep_less(to_b, tags_b, b, O::load(&TAGS[first / 2][1]));
+                }
+                first += 2;
+            }
+            // SAFETY: the caller's promise.
+            let (cost, tag) = unsafe {
+                // The tags of the first four are the smaller ones.
+                let (mut all, mut all_tags) = (costs[0], tags[0]);
+                O::keep_less(&mut all, &mut all_tags, O::load(&costs[1]), O::load(&tags[1]));
+                O::least(O::load(&all), O::load(&all_tags))
+            };
+            total += i64::from(cost);
+            let mut pixels = bests;
+            let mut at = index;
+            if tag > 0 {
+                let (e, k) = (((tag - 1) as usize) / SET, ((tag - 1) as usize) % SET);
+                let Triple { next, last, .. } = views[e].triples[k / 2][index[e]][k % 2];
+                for (e, pixel) in [((e + 1) % 3, next), ((e + 2) % 3, last)] {
+                    pixels[e] = pixel;
+                    at[e] = views[e].view.index(pixel);
+                }
+            }
+            let voxel = z * LAYER + usize::from(self.voxels[slot]);
+            for e in 0..3 {
+                brick.pixels[e][voxel] = pixels[e];
+            }
+            // SAFETY: the caller's promise.
+            let colors = unsafe {
+                [
+                    *views[0].view.texels.get_unchecked(at[0]),
+                    *views[1].view.texels.get_unchecked(at[1]),
+                    *views[2].view.texels.get_unchecked(at[2]),
+                ]
+            };
+            brick.color[voxel] = match rule {
+                // SAFETY: the caller's promise.
+                ColorRule::Nearest => u32::from_le_bytes(colors[unsafe { O::nearest_color(colors) }]),
+                ColorRule::Mean => u32::from_le_bytes(mean_color(colors)),
+            };
         }
-        k += 4;
+        total
     }
-    Direction { descriptor, continuing, best: best as Pixel, best_cost: (best >> 32) as i32 }
 }
 
-/// A distance, raised where the pixel continues no neighbour.
-#[inline(always)]
-unsafe fn weigh_distance<O: Operations>(
-    distance: i32,
-    continuing: &[Pixel; 16],
-    pixel: Pixel,
-    weights: Weights,
-) -> i32 {
-    // SAFETY: the caller's promise.
-    let factor = if unsafe { O::places(continuing, pixel) } != 0 { 256 } else { weights.incoherent };
-    (distance * factor) >> 8
-}
-
-/// Cost, then order, then pixel. Costs are sums of squares and weights, never negative.
-#[inline(always)]
-fn key(cost: i32, order: u32, pixel: Pixel) -> u64 {
-    (cost as u64) << 32 | u64::from(order) << 16 | u64::from(pixel)
-}
-
-/// The squared colour differences along the three lines where the neighbourhoods of a triple meet.
-#[inline(always)]
-fn crossbar(views: [&ViewTables; 3], pixels: [Pixel; 3]) -> u32 {
-    let mut sum = 0i32;
-    for e in 0..3 {
-        let next = (e + 1) % 3;
-        let a = &views[e].columns[views[e].view.index(pixels[e])];
-        let b = &views[next].rows[views[next].view.index(pixels[next])];
-        for (a, b) in a.iter().zip(b) {
-            let difference = i32::from(i16::from(*a) - i16::from(*b));
-            sum += difference * difference;
-        }
+/// The tags of each two triples of the three directions, in the order of [`Operations::sums`]: 1 + place in the set
+/// of twelve + 12 · direction.
+const TAGS: [[[i32; 4]; 2]; SET / 2] = {
+    let mut tags = [[[0; 4]; 2]; SET / 2];
+    let mut k = 0;
+    while k < SET / 2 {
+        let (tag, set) = (1 + 2 * k as i32, SET as i32);
+        tags[k] = [[0, 0, tag, tag + 1], [tag + set, tag + set + 1, tag + 2 * set, tag + 2 * set + 1]];
+        k += 1;
     }
-    sum as u32
+    tags
+};
+
+/// The index in a window of voxel `i` of a brick's layer `z`.
+#[inline(always)]
+fn window_index(z: usize, i: usize) -> usize {
+    (z + 2) * SIDE * SIDE + (i / 8 + 2) * SIDE + i % 8 + 2
 }
 
-/// One colour of three, and which: the mean has no direction of its own and gives 0.
+/// What a crossbar error is multiplied with for its cost, times 2^24: it turns colours into the units of
+/// descriptor distances and weighs them. Errors are at most 3.9 million, so that costs stay below 2^29.
+fn crossbar_factor(level: &LevelTables, weights: Weights) -> u32 {
+    (u64::from(level.scale) * weights.crossbar).min(i32::MAX as u64) as u32
+}
+
 #[inline(always)]
-pub(super) fn one_color(rule: ColorRule, colors: [[u8; 4]; 3]) -> ([u8; 4], usize) {
+fn weigh(crossbar: u32, factor: u32) -> i32 {
+    ((u64::from(crossbar) * u64::from(factor)) >> 24) as i32
+}
+
+/// The mean of three colours.
+#[inline(always)]
+pub(super) fn mean_color(colors: [[u8; 4]; 3]) -> [u8; 4] {
+    std::array::from_fn(|c| {
+        let sum: u32 = colors.iter().map(|color| u32::from(color[c])).sum();
+        ((sum + 1) / 3) as u8
+    })
+}
+
+/// Which of three colours lies nearest to their mean, the first of equals.
+#[inline(always)]
+pub(super) fn nearest_color(colors: [[u8; 4]; 3]) -> usize {
     let sum: [i32; 4] = std::array::from_fn(|c| colors.iter().map(|color| i32::from(color[c])).sum());
     let apart = |color: [u8; 4]| -> i32 { (0..4).map(|c| (3 * i32::from(color[c]) - sum[c]).pow(2)).sum() };
-    let gaps = colors.map(apart);
-    let nearest = if gaps[1] < gaps[0] { 1 } else { 0 };
-    let nearest = if gaps[2] < gaps[nearest] { 2 } else { nearest };
-    match rule {
-        ColorRule::Nearest => (colors[nearest], nearest),
-        ColorRule::Mean => (sum.map(|s| ((s + 1) / 3) as u8), nearest),
-    }
+    first_least(colors.map(apart))
+}
+
+/// The place of the least of three numbers, the first of equals.
+#[inline(always)]
+pub(super) fn first_least(gaps: [i32; 3]) -> usize {
+    let nearest = usize::from(gaps[1] < gaps[0]);
+    if gaps[2] < gaps[nearest] { 2 } else { nearest }
 }

@@ -34,6 +34,8 @@ mod tables;
 mod tests;
 mod usage;
 mod usage_node;
+#[cfg(target_arch = "x86_64")]
+mod x86;
 
 pub use basis::{Basis, DIMS, Descriptor, LevelBases};
 pub use candidates::{CandidateSettings, Candidates, SET as CANDIDATES, Triple, make_candidates};

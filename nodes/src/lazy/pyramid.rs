@@ -59,6 +59,11 @@ impl LevelView {
         usize::from(pixel >> 8) * self.width as usize + usize::from(pixel & 255)
     }
 
+    /// Whether a pixel lies in the view.
+    pub fn holds(&self, pixel: Pixel) -> bool {
+        i32::from(pixel & 255) < self.width && i32::from(pixel >> 8) < self.height
+    }
+
     /// The texel at `(x, y)`, around or clamped to the edges.
     pub fn texel(&self, x: i32, y: i32) -> [u8; 4] {
         let (x, y) = if self.tileable {

@@ -11,12 +11,12 @@ use super::domain::Domain;
 use super::field::{Brick, Correction, Field, bits};
 use super::initial::Initial;
 use super::isa::{Isa, available};
-use super::kernel::{Weights, one_color};
+use super::kernel::{Weights, nearest_color};
 use super::per_level;
 use super::schedule::{ColorRule, Settings};
 use super::tables::Tables;
 use crate::control::{Cancelled, Control, check};
-use crate::data::{BRICK_VOXELS, Extent, Map, MapInfo, Samples, Solid, SolidError, VoxelMap, VoxelSet};
+use crate::data::{BRICK_VOXELS, Extent, Map, MapInfo, Solid, SolidError, VoxelMap, VoxelSet};
 
 /// Finished bricks of all levels are kept up to this many (5 kB each), so that neighbouring requests share work.
 const CACHED_BRICKS: usize = 24_000;
@@ -245,7 +245,7 @@ impl LazySolid {
         let infos = self.maps();
         let bricks = voxels.bricks();
         let bytes: usize =
-            infos.iter().map(|m| m.channels * if m.ty == crate::data::SampleType::U8 { 1 } else { 4 }).sum();
+            infos.iter().map(|m| m.channels * m.ty.byte_size()).sum();
         let total = bricks.len() as u64 * (BRICK_VOXELS * bytes) as u64;
         if total > 1 << 36 {
             return Err(SolidError::TooLarge(format!(
@@ -274,72 +274,39 @@ impl LazySolid {
         bricks: &[[i32; 3]],
         field: &Field,
     ) {
-        let (domain, tables) = (self.domain(0), &self.tables.levels[0]);
+        let (domain, level) = (self.domain(0), &self.tables.levels[0]);
         let mean = is_color && self.settings.color == ColorRule::Mean;
-        let channels = map.channels;
-        let each = |key: [i32; 3], mut copy: Box<dyn FnMut(usize, usize, usize, u32) + '_>| {
+        let item = map.channels * map.samples.ty().byte_size();
+        let sources: Vec<&[u8]> = sources.iter().map(|source| source.samples.bytes()).collect();
+        let out = map.samples.bytes_mut().par_chunks_mut(BRICK_VOXELS * item);
+        out.zip(bricks).for_each(|(out, &key)| {
             let Some(mask) = voxels.mask(key) else { return };
+            // A brick of the request lies in one of the field, unless a period cuts it.
+            let mut found: Option<([i32; 3], &Brick)> = None;
             for at in bits(mask) {
                 let local = [at & 7, at >> 3 & 7, at >> 6];
                 let voxel: [i32; 3] = std::array::from_fn(|i| domain.wrap(i, key[i] * 8 + local[i] as i32));
-                let Some(brick) = field.brick(crate::data::brick_of(voxel)) else { continue };
+                let home = crate::data::brick_of(voxel);
+                if found.is_none_or(|(key, _)| key != home) {
+                    found = field.brick(home).map(|brick| (home, brick));
+                }
+                let Some((_, brick)) = found else { continue };
                 let from = crate::data::local_index(voxel);
-                let colors = std::array::from_fn(|e| {
-                    let view = &tables.view(e).view;
-                    view.texels[view.index(brick.pixels[e][from])]
-                });
-                let (_, e) = one_color(ColorRule::Nearest, colors);
-                copy(
-                    at,
-                    e.min(sources.len() - 1),
-                    tables.view(e).view.index(brick.pixels[e][from]),
-                    brick.color[from],
-                );
+                let to = &mut out[at * item..][..item];
+                if mean {
+                    to.copy_from_slice(&brick.color[from].to_le_bytes()[..item]);
+                    continue;
+                }
+                let index: [usize; 3] = std::array::from_fn(|e| level.view(e).view.index(brick.pixels[e][from]));
+                let e = nearest_color(std::array::from_fn(|e| level.view(e).view.texels[index[e]]));
+                let source = &sources[e.min(sources.len() - 1)][index[e] * item..][..item];
+                // A colour's three bytes without a call.
+                match (<&mut [u8; 3]>::try_from(&mut *to), <&[u8; 3]>::try_from(source)) {
+                    (Ok(to), Ok(source)) => *to = *source,
+                    _ => to.copy_from_slice(source),
+                }
             }
-        };
-        match &mut map.samples {
-            Samples::U8(out) => {
-                out.par_chunks_mut(BRICK_VOXELS * channels).zip(bricks).for_each(|(out, &key)| {
-                    each(
-                        key,
-                        Box::new(|at, view, index, color| {
-                            let out = &mut out[at * channels..][..channels];
-                            if mean {
-                                out.copy_from_slice(&color.to_le_bytes()[..channels]);
-                            } else if let Samples::U8(source) = &sources[view].samples {
-                                out.copy_from_slice(&source[index * channels..][..channels]);
-                            }
-                        }),
-                    );
-                });
-            }
-            Samples::F32(out) => {
-                out.par_chunks_mut(BRICK_VOXELS * channels).zip(bricks).for_each(|(out, &key)| {
-                    each(
-                        key,
-                        Box::new(|at, view, index, _| {
-                            if let Samples::F32(source) = &sources[view].samples {
-                                out[at * channels..][..channels]
-                                    .copy_from_slice(&source[index * channels..][..channels]);
-                            }
-                        }),
-                    );
-                });
-            }
-            Samples::U32(out) => {
-                out.par_chunks_mut(BRICK_VOXELS * channels).zip(bricks).for_each(|(out, &key)| {
-                    each(
-                        key,
-                        Box::new(|at, view, index, _| {
-                            if let Samples::U32(source) = &sources[view].samples {
-                                out[at * channels..][..channels]
-                                    .copy_from_slice(&source[index * channels..][..channels]);
-                            }
-                        }),
-                    );
-                });
-            }
-        }
+        });
     }
 }
 

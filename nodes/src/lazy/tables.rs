@@ -1,6 +1,6 @@
 //! Everything a correction looks up, laid out by level and view.
 
-use super::basis::{Basis, Descriptor};
+use super::basis::{Basis, DIMS, Descriptor};
 use super::candidates::{Candidates, Strip, Triple, column_strip, row_strip};
 use super::descriptors::Descriptors;
 use super::isa::Edges;
@@ -22,6 +22,8 @@ pub struct Tables {
 pub struct LevelTables {
     /// One view for all three directions, or one a direction.
     pub views: Vec<ViewTables>,
+    /// Whether no descriptor has more than eight components.
+    pub narrow: bool,
     /// Descriptor distance a squared colour difference of 1, times 65,536.
     pub scale: u32,
 }
@@ -32,20 +34,39 @@ pub struct ViewTables {
     pub view: LevelView,
     /// The PCA basis.
     pub basis: Basis,
-    /// Descriptors of neighbourhoods.
-    pub descriptors: Vec<Descriptor>,
-    /// 2D candidates.
-    pub similar: Vec<[Pixel; super::similarity::SET]>,
-    /// 3D candidates.
-    pub triples: Vec<[Triple; super::candidates::SET]>,
-    /// Usage weights.
-    pub usage: Vec<i32>,
+    /// What the search for the best pixel reads.
+    pub records: Vec<Record>,
+    /// 3D candidates, two of every pixel in each list, since corrections at the finest level read no more.
+    pub triples: [Vec<[Triple; 2]>; super::candidates::SET / 2],
     /// Where steps from a pixel may lead.
     pub edges: Edges,
     /// Pieces of rows and columns, for the crossbar error of triples made on the fly.
     pub rows: Vec<Strip>,
     /// See `rows`.
     pub columns: Vec<Strip>,
+}
+
+/// What a search reads of a pixel together, so that it lies in one cache line.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+pub struct Record {
+    /// The descriptor of its neighbourhood; in a narrow level its eight components are the last eight bytes, so
+    /// that one load gets them and the usage weight.
+    pub descriptor: Descriptor,
+    /// Usage weight.
+    pub usage: i32,
+    /// Zero, to fill the load.
+    pub rest: u32,
+    /// 2D candidates.
+    pub similar: [Pixel; super::similarity::SET],
+}
+
+/// A descriptor as a record keeps it.
+fn placed(mut descriptor: Descriptor, narrow: bool) -> Descriptor {
+    if narrow {
+        descriptor.rotate_right(DIMS / 2);
+    }
+    descriptor
 }
 
 /// Tables that do not belong together.
@@ -96,27 +117,53 @@ impl Tables {
             finest.into_iter().chain(expected[exemplar.views.len().min(expected.len())..].to_vec()).collect(),
         )?;
 
+        for (l, views) in pyramid.levels.iter().enumerate() {
+            for (v, view) in views.iter().enumerate() {
+                let others = [pyramid.view(l, (v + 1) % 3), pyramid.view(l, (v + 2) % 3)];
+                let similar = similarity.levels[l][v].iter().flatten();
+                let triples = candidates.levels[l][v].triples.iter().flatten();
+                if similar.into_iter().any(|&p| !view.holds(p))
+                    || triples.into_iter().any(|t| !others[0].holds(t.next) || !others[1].holds(t.last))
+                {
+                    return Err(TablesError {
+                        what: "similarity sets or candidates",
+                        found: format!("pixels outside {} × {}", view.width, view.height),
+                        expected: "pixels inside".to_owned(),
+                    });
+                }
+            }
+        }
+
         let levels = pyramid.levels.iter().enumerate().map(|(l, views)| {
+            let bases = &descriptors.levels[l].bases;
+            let narrow = bases.bases.iter().all(|basis| basis.dims() <= DIMS / 2);
             let views = views.iter().enumerate().map(|(v, view)| {
                 let pixels: Vec<Pixel> =
                     (0..view.height).flat_map(|y| (0..view.width).map(move |x| view.pixel(x, y))).collect();
                 let m = view.margin();
+                let record = |i: usize| Record {
+                    descriptor: placed(descriptors.levels[l].descriptors[v][i], narrow),
+                    rest: 0,
+                    similar: similarity.levels[l][v][i],
+                    usage: usage.map_or(0, |u| u.levels[l][v][i].clamp(0, 1 << 28)),
+                };
+                let triples = &candidates.levels[l][v].triples;
                 ViewTables {
                     edges: Edges {
                         around: view.tileable.then_some([view.width as i16, view.height as i16]),
                         bounds: [m, view.width - 1 - m, m, view.height - 1 - m].map(|b| b as i16),
                     },
                     view: view.clone(),
-                    basis: descriptors.levels[l].bases.bases[v].clone(),
-                    descriptors: descriptors.levels[l].descriptors[v].clone(),
-                    similar: similarity.levels[l][v].clone(),
-                    triples: candidates.levels[l][v].triples.clone(),
-                    usage: usage.map_or_else(|| vec![0; view.texels.len()], |u| u.levels[l][v].clone()),
+                    basis: bases.bases[v].clone(),
+                    records: (0..view.texels.len()).map(record).collect(),
+                    triples: std::array::from_fn(|part| {
+                        triples.iter().map(|set| std::array::from_fn(|k| set[2 * part + k])).collect()
+                    }),
                     rows: pixels.iter().map(|&p| row_strip(view, p)).collect(),
                     columns: pixels.iter().map(|&p| column_strip(view, p)).collect(),
                 }
             });
-            LevelTables { views: views.collect(), scale: descriptors.levels[l].bases.scale }
+            LevelTables { views: views.collect(), narrow, scale: bases.scale }
         });
         let levels = levels.collect();
         let carried = exemplar.views.iter().map(|view| {
@@ -133,7 +180,7 @@ impl Tables {
     /// Bytes held.
     pub fn byte_size(&self) -> u64 {
         let views = self.levels.iter().flat_map(|l| &l.views);
-        let tables = views.map(|v| v.view.texels.len() as u64 * (4 + 16 + 8 + 96 + 4 + 40)).sum::<u64>();
+        let tables = views.map(|v| v.view.texels.len() as u64 * (4 + 32 + 96 + 64)).sum::<u64>();
         tables + self.carried.iter().flatten().map(|map| map.samples.byte_size()).sum::<u64>()
     }
 }

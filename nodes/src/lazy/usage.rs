@@ -12,7 +12,7 @@ use super::initial::Initial;
 use super::pyramid::Pyramid;
 use super::schedule::Settings;
 use super::solid::LazySolid;
-use super::tables::Tables;
+use super::tables::{Tables, ViewTables};
 use crate::control::{Cancelled, Control};
 use crate::data::{Reader, VoxelSet, Writer};
 
@@ -85,15 +85,19 @@ pub fn balance_usage(
         tables = Arc::into_inner(shared).ok_or(Cancelled)?;
         for (level, moves) in tables.levels.iter_mut().zip(&moves) {
             for (view, (moves, most)) in level.views.iter_mut().zip(moves) {
-                for (weight, m) in view.usage.iter_mut().zip(moves) {
-                    *weight = (*weight + m).clamp(0, *most);
+                for (record, m) in view.records.iter_mut().zip(moves) {
+                    record.usage = (record.usage + m).clamp(0, *most);
                 }
             }
         }
     }
     Ok(Usage {
-        levels: tables.levels.into_iter().map(|l| l.views.into_iter().map(|v| v.usage).collect()).collect(),
+        levels: tables.levels.iter().map(|l| l.views.iter().map(weights).collect()).collect(),
     })
+}
+
+fn weights(view: &ViewTables) -> Vec<i32> {
+    view.records.iter().map(|record| record.usage).collect()
 }
 
 /// By how much the weights of one view move, and the largest weight allowed.
