@@ -31,7 +31,7 @@ fn main() {
     let lap = |what: &str, from: Instant| println!("{what:12} {:.3} s", from.elapsed().as_secs_f64());
     let pyramid = Pyramid::new(&exemplar, num("--levels", 0.0) as usize).expect("pyramid");
     let t = Instant::now();
-    let descriptors = make_descriptors(&pyramid, &[num("--dims", 12.0) as i64, 16]);
+    let descriptors = make_descriptors(&pyramid, &[num("--dims", 8.0) as i64, 16]);
     lap("descriptors", t);
     let t = Instant::now();
     let similarity = similarity_sets(&pyramid, &descriptors, num("--spread", 3.0) as i32, &()).expect("sets");
@@ -59,7 +59,7 @@ fn main() {
         crossbar: num("--lambda", 3.0),
         passes: vec![num("--passes", 2.0) as i64, num("--coarse-passes", 2.0) as i64],
         similar: vec![num("--k2", 2.0) as i64, 4],
-        triples: vec![num("--k3", 4.0) as i64, 12],
+        triples: vec![num("--k3", 2.0) as i64, 12],
         schedule: vec![sched(num("--fine", 0.0)), sched(num("--coarse", 0.0))],
         color: if get("--mean").is_some() { ColorRule::Mean } else { ColorRule::Nearest },
     };
@@ -69,6 +69,7 @@ fn main() {
     let us = UsageSettings {
         rounds: num("--rounds", 3.0) as usize,
         rate: num("--rate", 0.3),
+        contrast: num("--contrast", 0.95),
         ..Default::default()
     };
     let usage = balance_usage(&pyramid, tables(), &initial, &settings, &us, &()).expect("usage");

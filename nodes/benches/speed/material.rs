@@ -13,7 +13,7 @@ use breccia_nodes::lazy::{
 };
 
 /// The defaults of the nodes `lazy.descriptors` and `lazy.similarity`.
-const DIMS: [i64; 2] = [12, 16];
+const DIMS: [i64; 2] = [8, 16];
 const SPREAD: i32 = 3;
 
 /// Cells in dark gaps, as cobbles or a tissue: `side` pixels a side, one cell for about 12 × 12 pixels.

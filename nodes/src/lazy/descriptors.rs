@@ -111,7 +111,7 @@ impl Node for DescriptorsNode {
         .param(
             "dims",
             breccia_engine::ParamKind::Ints { min_len: 1, max_len: 8, min: 1, max: 16 },
-            super::list(&[12, 16]),
+            super::list(&[8, 16]),
             "count",
             "Components kept, finest level first; the last entry serves all coarser levels.",
         )

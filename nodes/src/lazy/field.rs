@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::color::OneColor;
 use super::domain::Domain;
 use super::initial::Initial;
 use super::isa::Isa;
-use super::kernel::{Job, SIDE, Weights, Window, Workspace, correct, mean_color, nearest_color};
+use super::kernel::{Job, SIDE, Weights, Window, Workspace, correct};
 use super::pyramid::Pixel;
-use super::schedule::ColorRule;
 use super::tables::LevelTables;
 use crate::control::{Cancelled, Control, check};
 use crate::data::{BRICK_VOXELS, VoxelSet};
@@ -28,17 +28,13 @@ impl Brick {
     }
 
     #[inline(always)]
-    pub fn set(&mut self, at: usize, pixels: [Pixel; 3], level: &LevelTables, rule: ColorRule) {
+    pub fn set(&mut self, at: usize, pixels: [Pixel; 3], level: &LevelTables, color: OneColor) {
         let colors = std::array::from_fn(|e| {
             let view = &level.view(e).view;
             view.texels[view.index(pixels[e])]
         });
         (0..3).for_each(|e| self.pixels[e][at] = pixels[e]);
-        let color = match rule {
-            ColorRule::Nearest => colors[nearest_color(colors)],
-            ColorRule::Mean => mean_color(colors),
-        };
-        self.color[at] = u32::from_le_bytes(color);
+        self.color[at] = u32::from_le_bytes(color.of(colors));
     }
 
     /// Takes over the voxels of a mask from another brick.
@@ -70,7 +66,7 @@ pub(super) struct Correction<'a> {
     pub domain: &'a Domain,
     pub level: &'a LevelTables,
     pub weights: Weights,
-    pub rule: ColorRule,
+    pub color: OneColor,
     pub isa: Isa,
 }
 
@@ -122,7 +118,7 @@ impl Field {
         correction: &Correction<'_>,
         control: &dyn Control,
     ) -> Result<Self, Cancelled> {
-        let Correction { domain, level, rule, .. } = *correction;
+        let Correction { domain, level, color, .. } = *correction;
         let views = std::array::from_fn(|e| &level.view(e).view);
         Self::build(set, control, |key, mask| {
             let moved = initial.jitter.map(|jitter| jitter.displacements(seed, domain, key));
@@ -134,7 +130,7 @@ impl Field {
                 }
                 // A slab may come from another exemplar than the tables.
                 let triple = initial.triple(seed, voxel, views);
-                brick.set(at, std::array::from_fn(|e| views[e].shifted(triple[e], 0, 0)), level, rule);
+                brick.set(at, std::array::from_fn(|e| views[e].shifted(triple[e], 0, 0)), level, color);
             }
             brick
         })
@@ -146,7 +142,7 @@ impl Field {
         set: &VoxelSet,
         coarse: &Self,
         level: &LevelTables,
-        rule: ColorRule,
+        color: OneColor,
         control: &dyn Control,
     ) -> Result<Self, Cancelled> {
         Self::build(set, control, |key, mask| {
@@ -161,7 +157,7 @@ impl Field {
                     let (u, v) = (voxel[(e + 1) % 3] & 1, voxel[(e + 2) % 3] & 1);
                     level.view(e).view.pixel(2 * x + u, 2 * y + v)
                 });
-                brick.set(at, pixels, level, rule);
+                brick.set(at, pixels, level, color);
             }
             brick
         })
@@ -174,7 +170,7 @@ impl Field {
         correction: &Correction<'_>,
         control: &dyn Control,
     ) -> Result<i64, Cancelled> {
-        let Correction { domain, level, weights, rule, isa } = *correction;
+        let Correction { domain, level, weights, color, isa } = *correction;
         let keys = set.bricks();
         let results = keys
             .par_iter()
@@ -184,7 +180,7 @@ impl Field {
                 let Some(&slot) = self.slots.get(&key) else { return Ok(None) };
                 self.fill_window(&mut workspace.window, domain, key);
                 let mut brick = self.bricks[slot as usize].clone();
-                let job = Job { level, weights, rule };
+                let job = Job { level, weights, color };
                 let cost = correct(isa, job, workspace, mask, &mut brick);
                 Ok(Some((slot, brick, cost)))
             })

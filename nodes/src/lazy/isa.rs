@@ -3,7 +3,8 @@
 
 use super::basis::{Basis, DIMS, Descriptor};
 use super::candidates::{Strip, Triple};
-use super::kernel::{AROUND, Row, nearest_color};
+use super::color::OneColor;
+use super::kernel::{AROUND, Row};
 use super::pyramid::{N, Pixel};
 use super::tables::ViewTables;
 
@@ -143,11 +144,11 @@ pub(super) unsafe trait Operations: Copy {
     /// See the trait.
     unsafe fn strips(a: &Strip, b: &Strip) -> i32;
 
-    /// [`nearest_color`].
+    /// [`OneColor::nearest`].
     ///
     /// # Safety
     /// See the trait.
-    unsafe fn nearest_color(colors: [[u8; 4]; 3]) -> usize;
+    unsafe fn nearest_color(colors: [[u8; 4]; 3], color: &OneColor) -> usize;
 }
 
 /// What lies beyond the edges of a view.
@@ -189,7 +190,8 @@ unsafe impl Operations for Portable {
         offsets: &[i32; N * N],
     ) -> [Descriptor; 4] {
         at.map(|at| {
-            basis.project(&offsets.map(|offset| window[at.wrapping_add_signed(offset as isize)].to_le_bytes()))
+            basis
+                .project(&offsets.map(|offset| window[at.wrapping_add_signed(offset as isize)].to_le_bytes()))
         })
     }
 
@@ -310,7 +312,7 @@ unsafe impl Operations for Portable {
     }
 
     #[inline(always)]
-    unsafe fn nearest_color(colors: [[u8; 4]; 3]) -> usize {
-        nearest_color(colors)
+    unsafe fn nearest_color(colors: [[u8; 4]; 3], color: &OneColor) -> usize {
+        color.nearest(colors)
     }
 }

@@ -10,10 +10,10 @@
 //! has a length which the processor cannot foresee.
 
 use super::candidates::{SET, Triple};
+use super::color::{OneColor, mean};
 use super::field::Brick;
 use super::isa::{Isa, Operations, Portable};
 use super::pyramid::{N, Pixel, RADIUS};
-use super::schedule::ColorRule;
 use super::similarity::SET as SIMILAR;
 use super::tables::{LevelTables, ViewTables};
 
@@ -121,7 +121,7 @@ pub(super) struct Weights {
 pub(super) struct Job<'a> {
     pub level: &'a LevelTables,
     pub weights: Weights,
-    pub rule: ColorRule,
+    pub color: OneColor,
 }
 
 /// Offsets in a window to the pixels of a neighbourhood of a direction, row by row.
@@ -251,14 +251,21 @@ impl Layer {
 
     /// The descriptors of the voxels' neighbourhoods.
     #[inline(always)]
-    unsafe fn project<O: Operations, const NARROW: bool>(&mut self, tables: &ViewTables, window: &Window, direction: usize) {
+    unsafe fn project<O: Operations, const NARROW: bool>(
+        &mut self,
+        tables: &ViewTables,
+        window: &Window,
+        direction: usize,
+    ) {
         let mut slot = 0;
         while slot < self.count {
             // The last four may overlap those before, or repeat the last voxel.
             let first = slot.min(self.count.saturating_sub(4));
-            let at = [first, first + 1, first + 2, first + 3].map(|s| usize::from(self.at[s.min(self.count - 1)]));
+            let at =
+                [first, first + 1, first + 2, first + 3].map(|s| usize::from(self.at[s.min(self.count - 1)]));
             // SAFETY: the caller's promise.
-            let descriptors = unsafe { O::project::<NARROW>(&tables.basis, &window.color, at, &OFFSETS[direction]) };
+            let descriptors =
+                unsafe { O::project::<NARROW>(&tables.basis, &window.color, at, &OFFSETS[direction]) };
             self.directions[direction].descriptors[first..first + 4].copy_from_slice(&descriptors);
             slot += 4;
         }
@@ -365,7 +372,7 @@ impl Layer {
         z: usize,
         brick: &mut Brick,
     ) -> i64 {
-        let Job { level, weights, rule } = job;
+        let Job { level, weights, color } = job;
         let views = [level.view(0), level.view(1), level.view(2)];
         let factor = crossbar_factor(level, weights);
         let mut total = 0;
@@ -373,16 +380,19 @@ impl Layer {
             let d = &self.directions;
             let bests = [d[0].best[slot], d[1].best[slot], d[2].best[slot]];
             let own = [d[0].best_cost[slot], d[1].best_cost[slot], d[2].best_cost[slot]];
-            let index = [
-                views[0].view.index(bests[0]),
-                views[1].view.index(bests[1]),
-                views[2].view.index(bests[2]),
-            ];
+            let index =
+                [views[0].view.index(bests[0]), views[1].view.index(bests[1]), views[2].view.index(bests[2])];
             // SAFETY: the caller's promise.
             let crossbar = unsafe {
                 O::strips(views[0].columns.get_unchecked(index[0]), views[1].rows.get_unchecked(index[1]))
-                    + O::strips(views[1].columns.get_unchecked(index[1]), views[2].rows.get_unchecked(index[2]))
-                    + O::strips(views[2].columns.get_unchecked(index[2]), views[0].rows.get_unchecked(index[0]))
+                    + O::strips(
+                        views[1].columns.get_unchecked(index[1]),
+                        views[2].rows.get_unchecked(index[2]),
+                    )
+                    + O::strips(
+                        views[2].columns.get_unchecked(index[2]),
+                        views[0].rows.get_unchecked(index[0]),
+                    )
             };
             let mixed = own[0] + own[1] + own[2] + weigh(crossbar as u32, factor);
             // Tag 0 is the mixed triple, others lead back to a direction and a place in its set.
@@ -450,11 +460,13 @@ impl Layer {
                     *views[2].view.texels.get_unchecked(at[2]),
                 ]
             };
-            brick.color[voxel] = match rule {
+            let color = if color.takes_one() {
                 // SAFETY: the caller's promise.
-                ColorRule::Nearest => u32::from_le_bytes(colors[unsafe { O::nearest_color(colors) }]),
-                ColorRule::Mean => u32::from_le_bytes(mean_color(colors)),
+                colors[unsafe { O::nearest_color(colors, &color) }]
+            } else {
+                mean(colors)
             };
+            brick.color[voxel] = u32::from_le_bytes(color);
         }
         total
     }
@@ -488,28 +500,4 @@ fn crossbar_factor(level: &LevelTables, weights: Weights) -> u32 {
 #[inline(always)]
 fn weigh(crossbar: u32, factor: u32) -> i32 {
     ((u64::from(crossbar) * u64::from(factor)) >> 24) as i32
-}
-
-/// The mean of three colours.
-#[inline(always)]
-pub(super) fn mean_color(colors: [[u8; 4]; 3]) -> [u8; 4] {
-    std::array::from_fn(|c| {
-        let sum: u32 = colors.iter().map(|color| u32::from(color[c])).sum();
-        ((sum + 1) / 3) as u8
-    })
-}
-
-/// Which of three colours lies nearest to their mean, the first of equals.
-#[inline(always)]
-pub(super) fn nearest_color(colors: [[u8; 4]; 3]) -> usize {
-    let sum: [i32; 4] = std::array::from_fn(|c| colors.iter().map(|color| i32::from(color[c])).sum());
-    let apart = |color: [u8; 4]| -> i32 { (0..4).map(|c| (3 * i32::from(color[c]) - sum[c]).pow(2)).sum() };
-    first_least(colors.map(apart))
-}
-
-/// The place of the least of three numbers, the first of equals.
-#[inline(always)]
-pub(super) fn first_least(gaps: [i32; 3]) -> usize {
-    let nearest = usize::from(gaps[1] < gaps[0]);
-    if gaps[2] < gaps[nearest] { 2 } else { nearest }
 }

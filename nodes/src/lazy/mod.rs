@@ -11,6 +11,7 @@
 mod basis;
 mod candidates;
 mod coherence;
+mod color;
 mod dependency;
 mod descriptors;
 mod domain;

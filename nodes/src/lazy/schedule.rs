@@ -86,7 +86,7 @@ impl Default for Settings {
             passes: vec![2],
             schedule: vec![Schedule::Jacobi],
             similar: vec![2, 4],
-            triples: vec![4, 12],
+            triples: vec![2, 12],
             coherence: 0.4,
             crossbar: 3.0,
             color: ColorRule::Nearest,

@@ -6,14 +6,15 @@ use breccia_engine::Digest;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
+use super::color::{Contrast, OneColor};
 use super::dependency::{dependency, parents};
 use super::domain::Domain;
 use super::field::{Brick, Correction, Field, bits};
 use super::initial::Initial;
 use super::isa::{Isa, available};
-use super::kernel::{Weights, nearest_color};
+use super::kernel::Weights;
 use super::per_level;
-use super::schedule::{ColorRule, Settings};
+use super::schedule::Settings;
 use super::tables::Tables;
 use crate::control::{Cancelled, Control, check};
 use crate::data::{BRICK_VOXELS, Extent, Map, MapInfo, Solid, SolidError, VoxelMap, VoxelSet};
@@ -36,6 +37,16 @@ pub struct LazySolid {
 struct Cache {
     known: VoxelSet,
     bricks: FxHashMap<[i32; 3], Arc<Brick>>,
+}
+
+/// What a test volume uses.
+pub(super) struct Counted {
+    /// How often each pixel of each view is used.
+    pub counts: Vec<Vec<u32>>,
+    /// The contrast of its colours.
+    pub contrast: Contrast,
+    /// The mean cost of a voxel.
+    pub cost: i64,
 }
 
 /// What a synthesis did, for tests, benchmarks and the usage weights.
@@ -84,6 +95,10 @@ impl LazySolid {
 
     fn domain(&self, level: usize) -> Domain {
         Domain::at_level(self.settings.period, level)
+    }
+
+    fn color(&self, level: usize) -> OneColor {
+        OneColor::new(self.settings.color, &self.tables.levels[level])
     }
 
     fn weights(&self, level: usize) -> Weights {
@@ -176,15 +191,15 @@ impl LazySolid {
         control: &dyn Control,
     ) -> Result<Field, Cancelled> {
         check(control)?;
-        let (domain, tables, rule) = (self.domain(level), &self.tables.levels[level], self.settings.color);
+        let (domain, tables, color) = (self.domain(level), &self.tables.levels[level], self.color(level));
         let need = dependency(&self.settings, &domain, level, wanted);
         let correction =
-            Correction { domain: &domain, level: tables, weights: self.weights(level), rule, isa: self.isa };
+            Correction { domain: &domain, level: tables, weights: self.weights(level), color, isa: self.isa };
         let mut field = if level + 1 == self.tables.levels.len() {
             Field::start(&need.before, &self.initial, self.settings.seed, &correction, control)?
         } else {
             let coarse = self.finished(level + 1, &parents(&need.before), work, control)?;
-            Field::upsample(&need.before, &coarse, tables, rule, control)?
+            Field::upsample(&need.before, &coarse, tables, color, control)?
         };
         let steps = need.corrected.len();
         let last_pass = steps - self.settings.schedule_at(level).steps().min(steps);
@@ -210,27 +225,29 @@ impl LazySolid {
         Ok((field, work))
     }
 
-    /// How often each pixel of each view is used by the finished voxels of a level, and their mean cost.
+    /// What the finished voxels of a level use.
     pub(super) fn count_usage(
         &self,
         level: usize,
         wanted: &VoxelSet,
         control: &dyn Control,
-    ) -> Result<(Vec<Vec<u32>>, i64), Cancelled> {
+    ) -> Result<Counted, Cancelled> {
         let levels = self.tables.levels.len();
         let mut work = Work { corrections: vec![0; levels], costs: vec![0; levels] };
         let field = self.synthesise(level, wanted, &mut work, control)?;
         let tables = &self.tables.levels[level];
         let mut counts: Vec<Vec<u32>> = tables.views.iter().map(|v| vec![0; v.view.texels.len()]).collect();
+        let mut contrast = Contrast::default();
         for (key, brick) in field.bricks() {
             for at in bits(wanted.mask(key).unwrap_or(&[0; 8])) {
                 for e in 0..3 {
                     counts[e.min(tables.views.len() - 1)][tables.view(e).view.index(brick.pixels[e][at])] +=
                         1;
                 }
+                contrast.add(brick.color[at].to_le_bytes());
             }
         }
-        Ok((counts, work.costs[level] / wanted.len().max(1) as i64))
+        Ok(Counted { counts, contrast, cost: work.costs[level] / wanted.len().max(1) as i64 })
     }
 
     /// [`Solid::evaluate`], and how much was computed for it.
@@ -244,8 +261,7 @@ impl LazySolid {
     ) -> Result<(VoxelMap, Work), SolidError> {
         let infos = self.maps();
         let bricks = voxels.bricks();
-        let bytes: usize =
-            infos.iter().map(|m| m.channels * m.ty.byte_size()).sum();
+        let bytes: usize = infos.iter().map(|m| m.channels * m.ty.byte_size()).sum();
         let total = bricks.len() as u64 * (BRICK_VOXELS * bytes) as u64;
         if total > 1 << 36 {
             return Err(SolidError::TooLarge(format!(
@@ -275,7 +291,8 @@ impl LazySolid {
         field: &Field,
     ) {
         let (domain, level) = (self.domain(0), &self.tables.levels[0]);
-        let mean = is_color && self.settings.color == ColorRule::Mean;
+        let one_color = self.color(0);
+        let mean = is_color && !one_color.takes_one();
         let item = map.channels * map.samples.ty().byte_size();
         let sources: Vec<&[u8]> = sources.iter().map(|source| source.samples.bytes()).collect();
         let out = map.samples.bytes_mut().par_chunks_mut(BRICK_VOXELS * item);
@@ -297,8 +314,9 @@ impl LazySolid {
                     to.copy_from_slice(&brick.color[from].to_le_bytes()[..item]);
                     continue;
                 }
-                let index: [usize; 3] = std::array::from_fn(|e| level.view(e).view.index(brick.pixels[e][from]));
-                let e = nearest_color(std::array::from_fn(|e| level.view(e).view.texels[index[e]]));
+                let index: [usize; 3] =
+                    std::array::from_fn(|e| level.view(e).view.index(brick.pixels[e][from]));
+                let e = one_color.nearest(std::array::from_fn(|e| level.view(e).view.texels[index[e]]));
                 let source = &sources[e.min(sources.len() - 1)][index[e] * item..][..item];
                 // A colour's three bytes without a call.
                 match (<&mut [u8; 3]>::try_from(&mut *to), <&[u8; 3]>::try_from(source)) {

@@ -26,6 +26,10 @@ pub struct LevelTables {
     pub narrow: bool,
     /// Descriptor distance a squared colour difference of 1, times 65,536.
     pub scale: u32,
+    /// Three times the mean colour of the views.
+    pub middle: [i16; 4],
+    /// How much contrast is restored where the three colours of a voxel become one, in 256ths.
+    pub stretch: u32,
 }
 
 /// The tables of one view at one level. Arrays are indexed by [`LevelView::index`].
@@ -59,6 +63,13 @@ pub struct Record {
     pub rest: u32,
     /// 2D candidates.
     pub similar: [Pixel; super::similarity::SET],
+}
+
+/// Three times the mean colour of some views.
+fn triple_mean(views: &[LevelView]) -> [i16; 4] {
+    let texels = || views.iter().flat_map(|view| &view.texels);
+    let count = texels().count().max(1) as u64;
+    std::array::from_fn(|c| (3 * texels().map(|texel| u64::from(texel[c])).sum::<u64>() / count) as i16)
 }
 
 /// A descriptor as a record keeps it.
@@ -163,7 +174,13 @@ impl Tables {
                     columns: pixels.iter().map(|&p| column_strip(view, p)).collect(),
                 }
             });
-            LevelTables { views: views.collect(), narrow, scale: bases.scale }
+            LevelTables {
+                views: views.collect(),
+                narrow,
+                scale: bases.scale,
+                middle: triple_mean(&pyramid.levels[l]),
+                stretch: usage.and_then(|usage| usage.stretch.get(l).copied()).unwrap_or(0),
+            }
         });
         let levels = levels.collect();
         let carried = exemplar.views.iter().map(|view| {

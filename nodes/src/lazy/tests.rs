@@ -30,10 +30,14 @@ struct Stages {
 }
 
 fn stages(side: u32, levels: usize, tileable: bool) -> Stages {
+    stages_with(side, levels, tileable, &[12, 16])
+}
+
+fn stages_with(side: u32, levels: usize, tileable: bool, dims: &[i64]) -> Stages {
     let make = MakeSettings { tileable, ..Default::default() };
     let exemplar = make_exemplar(&picture(side), None, None, &[], &make).expect("an exemplar");
     let pyramid = Pyramid::new(&exemplar, levels).expect("a pyramid");
-    let descriptors = make_descriptors(&pyramid, &[12, 16]);
+    let descriptors = make_descriptors(&pyramid, dims);
     let similarity = similarity_sets(&pyramid, &descriptors, 3, &()).expect("sets");
     let candidates = make_candidates(&pyramid, &CandidateSettings::default(), &()).expect("candidates");
     let mut initial = make_slab(&pyramid, &candidates);
@@ -104,14 +108,28 @@ fn dilation_equals_its_definition() {
 
 #[test]
 fn every_instruction_set_gives_the_same_bits() {
-    for tileable in [false, true] {
-        let stages = stages(32, 2, tileable);
+    let odd = Settings { similar: vec![1, 3], triples: vec![3, 11], ..Settings::default() };
+    let mean = Settings { color: ColorRule::Mean, ..Settings::default() };
+    let cases = [
+        (false, [8, 16], Settings::default()),
+        (true, [12, 16], Settings::default()),
+        (true, [8, 8], odd),
+        (false, [16, 4], mean),
+    ];
+    for (tileable, dims, settings) in cases {
+        let mut stages = stages_with(32, 2, tileable, &dims);
+        // Some contrast to restore, and weights to add.
+        let tables = Arc::get_mut(&mut stages.tables).expect("the only owner");
+        for level in &mut tables.levels {
+            level.stretch = 77;
+            let records = level.views.iter_mut().flat_map(|view| &mut view.records);
+            records.zip(0..).for_each(|(record, i)| record.usage = i * 7919 % 1000);
+        }
         let whole = VoxelSet::from_box([-5, 3, 9], [21, 18, 17]);
-        let reference =
-            stages.solid(&Settings::default()).with_isa(Isa::Portable).evaluate(&whole, &()).expect("it");
+        let reference = stages.solid(&settings).with_isa(Isa::Portable).evaluate(&whole, &()).expect("it");
         for isa in available_instruction_sets() {
-            let other = stages.solid(&Settings::default()).with_isa(isa).evaluate(&whole, &()).expect("it");
-            assert_eq!(reference.maps, other.maps, "{isa:?}");
+            let other = stages.solid(&settings).with_isa(isa).evaluate(&whole, &()).expect("it");
+            assert_eq!(reference.maps, other.maps, "{isa:?}, tileable {tileable}, {dims:?}, {settings:?}");
         }
     }
 }

@@ -20,7 +20,7 @@ impl Node for UsageNode {
     fn spec(&self) -> NodeSpec {
         let spec = NodeSpec::new(
             "lazy.usage",
-            1,
+            2,
             "Balances how often each exemplar pixel is used",
             "Small test volumes are synthesised with seeds of their own, and pixels used too often become dearer, \
              for good. Without it, structured exemplars tend to collapse to their commonest colour. Its settings \
@@ -42,6 +42,15 @@ impl Node for UsageNode {
             0.3,
             "1",
             "How far a weight moves in a round for each factor of two in use, in thirds of the mean cost.",
+        )
+        .float(
+            "contrast",
+            0.0..=1.5,
+            0.95,
+            "of the exemplar's",
+            "The wanted contrast: where the three colours of a voxel disagree, choosing among them costs contrast, and \
+             the choice is moved away from the mean colour to restore it. More is crisper and noisier; 0 leaves it as \
+             it comes.",
         );
         cost_params(spec)
     }
@@ -63,6 +72,7 @@ impl Node for UsageNode {
             rounds: context.int("rounds")? as usize,
             size: context.int("size")? as u32,
             rate: context.float("rate")?,
+            contrast: context.float("contrast")?,
         };
         let settings = read_cost(context)?;
         let weights = balance_usage(&pyramid, tables, &initial, &settings, &usage, &*context)?;

@@ -4,8 +4,9 @@ use std::arch::x86_64::*;
 
 use super::basis::{Basis, Descriptor};
 use super::candidates::{Strip, Triple};
+use super::color::{OneColor, first_least};
 use super::isa::{DU, DV, Edges, Operations};
-use super::kernel::{AROUND, Row, first_least};
+use super::kernel::{AROUND, Row};
 use super::pyramid::{N, Pixel};
 use super::tables::{Record, ViewTables};
 
@@ -179,9 +180,7 @@ unsafe fn last_half(record: *const Record) -> __m128i {
 #[inline(always)]
 unsafe fn even(a: __m128i, b: __m128i) -> __m128i {
     // SAFETY: SSE2 is always there on x86-64.
-    unsafe {
-        _mm_castps_si128(_mm_shuffle_ps::<0b10_00_10_00>(_mm_castsi128_ps(a), _mm_castsi128_ps(b)))
-    }
+    unsafe { _mm_castps_si128(_mm_shuffle_ps::<0b10_00_10_00>(_mm_castsi128_ps(a), _mm_castsi128_ps(b))) }
 }
 
 /// Where a list equals word `K` of each four of another register.
@@ -380,12 +379,7 @@ unsafe impl<D: Dot> Operations for D {
     }
 
     #[inline(always)]
-    unsafe fn sums(
-        sets: [&[Triple; 2]; 3],
-        factor: u32,
-        own: [i32; 3],
-        costs: [__m128i; 3],
-    ) -> [__m128i; 2] {
+    unsafe fn sums(sets: [&[Triple; 2]; 3], factor: u32, own: [i32; 3], costs: [__m128i; 3]) -> [__m128i; 2] {
         // SAFETY: as above; a crossbar error is the upper half of a triple.
         unsafe {
             let factor = _mm_set1_epi64x(i64::from(factor));
@@ -483,22 +477,25 @@ unsafe impl<D: Dot> Operations for D {
     }
 
     #[inline(always)]
-    unsafe fn nearest_color(colors: [[u8; 4]; 3]) -> usize {
-        // SAFETY: callers have AVX2. Three times a byte less the sum of three is at most 765.
+    unsafe fn nearest_color(colors: [[u8; 4]; 3], color: &OneColor) -> usize {
+        // SAFETY: callers have AVX2. All numbers are at most 3 · 255 · 3 from zero.
         unsafe {
             let [a, b, c] = colors.map(u32::from_le_bytes);
             let packed = _mm_cvtsi64_si128((u64::from(b) << 32 | u64::from(a)) as i64);
             let both = _mm_cvtepu8_epi16(packed);
             let third = _mm_cvtepu8_epi16(_mm_cvtsi32_si128(c as i32));
             let sum = _mm_add_epi16(_mm_add_epi16(both, _mm_unpackhi_epi64(both, both)), third);
+            let beyond = _mm_sub_epi16(sum, _mm_loadu_si64(color.middle.as_ptr().cast()));
+            // The product's upper half, rounded: (beyond · stretch + 128) / 256.
+            let beyond = _mm_mulhrs_epi16(beyond, _mm_set1_epi16(color.stretch << 7));
+            let sum = _mm_add_epi16(sum, beyond);
             let sum = _mm_unpacklo_epi64(sum, sum);
             let three = _mm_set1_epi16(3);
             let both = _mm_sub_epi16(_mm_mullo_epi16(both, three), sum);
             let third = _mm_sub_epi16(_mm_mullo_epi16(third, three), sum);
             let third = _mm_move_epi64(third);
             let gaps = _mm_hadd_epi32(_mm_madd_epi16(both, both), _mm_madd_epi16(third, third));
-            let gaps =
-                [_mm_cvtsi128_si32(gaps), _mm_extract_epi32::<1>(gaps), _mm_extract_epi32::<2>(gaps)];
+            let gaps = [_mm_cvtsi128_si32(gaps), _mm_extract_epi32::<1>(gaps), _mm_extract_epi32::<2>(gaps)];
             first_least(gaps)
         }
     }
