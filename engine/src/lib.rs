@@ -93,6 +93,7 @@ mod cache;
 mod docs;
 mod document;
 mod engine;
+mod estimate;
 mod events;
 mod export;
 mod files;
@@ -113,6 +114,7 @@ pub use document::{
     NodeEntry, VERSION,
 };
 pub use engine::{DeviceChoice, Engine, EngineBuilder, EngineError};
+pub use estimate::Sizing;
 pub use events::{CacheLevel, Device, Event, FailureKind};
 pub use export::{Exporter, Sink};
 pub use files::{FileSource, PlainFiles};

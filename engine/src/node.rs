@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::estimate::Sizing;
 use crate::spec::{NodeSpec, ParamValue};
 use crate::value::{Data, Value};
 
@@ -19,6 +20,11 @@ pub trait Node: Send + Sync {
     /// # Errors
     /// Says what was found and what was expected; never panics on any input.
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError>;
+
+    /// Roughly how many bytes of memory the outputs will take, for those who ask before they run a graph.
+    fn estimate(&self, _sizing: &Sizing<'_>) -> Option<u64> {
+        None
+    }
 }
 
 /// Why a node did not finish.

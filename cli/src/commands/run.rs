@@ -190,12 +190,16 @@ fn plan_text(plan: &Plan) -> String {
             Forecast::Unknown => "unknown",
             Forecast::Fails => "fails",
         };
-        let size = entry.bytes.map_or(String::new(), human);
+        let size = match (entry.bytes, entry.estimate) {
+            (Some(bytes), _) => human(bytes),
+            (None, Some(bytes)) => format!("~ {}", human(bytes)),
+            (None, None) => String::new(),
+        };
         let summary = entry.summary.as_deref().unwrap_or_default();
         // A failure is told in full, a result in a line.
         let fails = entry.forecast == Forecast::Fails;
         let summary = if fails { summary.to_owned() } else { term::brief(summary) };
-        let line = format!("{:width$}  {forecast:10}  {size:>10}  {summary}", entry.node);
+        let line = format!("{:width$}  {forecast:10}  {size:>12}  {summary}", entry.node);
         out.push_str(line.trim_end());
         out.push('\n');
     }
@@ -211,7 +215,11 @@ fn plan_text(plan: &Plan) -> String {
     if fails > 0 {
         out.push_str(&format!(", {fails} would fail"));
     }
-    let sized = plan.nodes.iter().filter(|entry| entry.bytes.is_some()).count();
-    out.push_str(&format!("; the {sized} nodes of known size take {} in memory\n", human(plan.bytes())));
+    let sized = plan.nodes.iter().filter(|entry| entry.bytes.or(entry.estimate).is_some()).count();
+    let about = if plan.nodes.iter().any(|entry| entry.estimate.is_some()) { "about " } else { "" };
+    out.push_str(&format!(
+        "; the {sized} nodes of known size take {about}{} in memory\n",
+        human(plan.bytes())
+    ));
     out
 }

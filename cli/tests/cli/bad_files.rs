@@ -65,6 +65,48 @@ fn a_mask_of_another_size_is_refused() {
 }
 
 #[test]
+fn a_picture_with_a_pixel_that_is_no_number_is_refused() {
+    let place = Place::new();
+    let pixel = |x: usize, y: usize| (0.5f32, if (x, y) == (7, 9) { f32::NAN } else { 0.25 }, 0.125f32);
+    exr::prelude::write_rgb_file(place.path("photo.exr"), 32, 32, pixel).unwrap();
+    let given = assign("exemplar", &place.path("photo.exr"));
+    place.run("lazy_volume", &["--input", &given]).expect(4, &["photo.exr", "x 7, y 9", "NaN"]);
+    assert_eq!(place.files(), ["photo.exr"]);
+}
+
+/// Bakes a mesh and draws it.
+fn accepted(obj: &str) {
+    let place = Place::new();
+    let given = assign("mesh", &place.write("mesh.obj", obj));
+    let size = ["--set", "resolution=16", "--set", "texture_size=32"];
+    let args =
+        [&["--input", given.as_str()], &size[..], &["--output", "mesh=m.glb", "--output", "preview=p.png"]];
+    place.run("lazy_mesh", &args.concat()).expect(0, &[]);
+    assert_eq!(place.files(), ["m.glb", "mesh.obj", "p.png"]);
+}
+
+#[test]
+fn faces_without_an_area_are_no_obstacle() {
+    accepted("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nf 1 2 3\nf 1 2 4\nf 1 1 2\n");
+}
+
+#[test]
+fn a_mesh_of_nothing_but_faces_without_an_area_is_refused() {
+    let obj = "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n";
+    refused("line.obj", obj, "mesh", &["node `shape`", "line.obj"]);
+}
+
+#[test]
+fn three_faces_at_one_edge_are_no_obstacle() {
+    accepted("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 -1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n");
+}
+
+#[test]
+fn texture_coordinates_outside_the_unit_square_are_no_obstacle() {
+    accepted("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt -3 0.5\nvt 7 0.5\nvt 0 2\nf 1/1 2/2 3/3\n");
+}
+
+#[test]
 fn an_obj_with_bad_indices_is_refused() {
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n";
     refused("bad.obj", obj, "mesh", &["node `shape`", "bad.obj"]);

@@ -44,6 +44,9 @@ fn explaining_runs_nothing() {
     let before = explain();
     before.expect(0, &[]);
     assert!(before.stdout.contains("photo        would run"), "{}", before.stdout);
+    // 8³ voxels of three bytes, guessed before anything is known.
+    let guess = before.stdout.lines().find(|line| line.starts_with("volume")).expect("the node");
+    assert!(guess.contains("~ 1.5 kB"), "{guess}");
     assert_eq!(place.files(), [""; 0]);
     computed(&place, &["--set", "size=8"]);
     assert!(explain().stdout.contains("0 nodes would run"), "{}", explain().stdout);

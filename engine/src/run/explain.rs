@@ -6,8 +6,9 @@ use super::RunError;
 use super::files;
 use super::state::{Action, RunState, Status};
 use crate::engine::Shared;
+use crate::estimate::Sizing;
 use crate::events::CacheLevel;
-use crate::graph::{Graph, Problems, Source};
+use crate::graph::{Graph, GraphNode, Problems, Source};
 
 /// What would happen to a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -34,6 +35,8 @@ pub struct PlanEntry {
     pub forecast: Forecast,
     /// Size of its outputs in memory, if an earlier run found out.
     pub bytes: Option<u64>,
+    /// What the node guesses that size to be, if no earlier run found out.
+    pub estimate: Option<u64>,
     /// The outputs in words, if an earlier run found out; else why it fails.
     pub summary: Option<String>,
 }
@@ -51,9 +54,9 @@ impl Plan {
         self.nodes.iter().filter(|entry| forecast(entry.forecast)).count()
     }
 
-    /// The known sizes of all outputs together.
+    /// The known sizes of all outputs together, and the guessed ones of the others.
     pub fn bytes(&self) -> u64 {
-        self.nodes.iter().filter_map(|entry| entry.bytes).fold(0, u64::saturating_add)
+        self.nodes.iter().filter_map(|entry| entry.bytes.or(entry.estimate)).fold(0, u64::saturating_add)
     }
 }
 
@@ -73,6 +76,7 @@ pub(crate) fn explain(shared: &Shared, graph: &Graph, outputs: &[&str]) -> Resul
                         node_type: node.ty.spec.id.to_owned(),
                         forecast: Forecast::Fails,
                         bytes: None,
+                        estimate: None,
                         summary: Some(lack.message),
                     });
                 }
@@ -91,6 +95,7 @@ pub(crate) fn explain(shared: &Shared, graph: &Graph, outputs: &[&str]) -> Resul
         state.nodes[node].status = Status::Failed;
         failures.push((node, format!("it needs node `{}`, which fails", graph.nodes[culprit].name)));
     }
+    let estimates = estimates(&state);
     for &node in &state.region {
         let known = &state.nodes[node];
         let graph_node = &graph.nodes[node];
@@ -109,10 +114,33 @@ pub(crate) fn explain(shared: &Shared, graph: &Graph, outputs: &[&str]) -> Resul
             node_type: graph_node.ty.spec.id.to_owned(),
             forecast,
             bytes: known.record.as_ref().map(|record| record.bytes()),
+            estimate: if known.record.is_some() { None } else { estimates[node] },
             summary: failure.or_else(|| known.record.as_ref().map(|record| record.summary())),
         });
     }
     Ok(plan)
+}
+
+/// For every node the size of its outputs, known or guessed from the sizes before it.
+fn estimates(state: &RunState<'_>) -> Vec<Option<u64>> {
+    let mut sizes: Vec<Option<u64>> = vec![None; state.nodes.len()];
+    // Sources come first.
+    for &node in &state.region {
+        let GraphNode { ty, params, links, .. } = &state.graph.nodes[node];
+        sizes[node] = match &state.nodes[node].record {
+            Some(record) => Some(record.bytes()),
+            None => {
+                let size = |links: &Vec<Source>| {
+                    let known = links.iter().map(|source| sizes[source.node]);
+                    known.reduce(|a, b| Some(a?.saturating_add(b?))).flatten()
+                };
+                let inputs =
+                    ty.spec.inputs.iter().zip(links).map(|(socket, links)| (socket.name, size(links)));
+                ty.node.estimate(&Sizing { params, inputs: inputs.collect() })
+            }
+        };
+    }
+    sizes
 }
 
 /// Reads and hashes the files; nodes whose files are unreadable fail.

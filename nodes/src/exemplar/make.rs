@@ -1,6 +1,6 @@
 //! `exemplar.make`: an exemplar of one view from a picture and aligned maps.
 
-use breccia_engine::{Context, Node, NodeError, NodeSpec};
+use breccia_engine::{Context, Node, NodeError, NodeSpec, Sizing};
 
 use super::feature::{Feature, feature_channel, otsu_mask, signed_distance};
 use super::resize::shrink;
@@ -174,6 +174,11 @@ impl Node for MakeExemplar {
                 "Weight of the feature channel or guide against one colour channel.",
             )
             .flag("tileable", false, "The picture continues at the opposite edge.")
+    }
+
+    fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
+        // Colour and feature, and the carried colour; the picture may be smaller.
+        Some((sizing.int("max_size")? as u64).pow(2) * 7)
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

@@ -1,7 +1,7 @@
 //! 3D candidates: triples of pixels, one in each exemplar, whose interleaved neighbourhoods agree where they
 //! cross (Dong et al. 2008, sections 4.1 and 4.2).
 
-use breccia_engine::{Context, Data, Digest, Node, NodeError, NodeSpec};
+use breccia_engine::{Context, Data, Digest, Node, NodeError, NodeSpec, Sizing};
 use rayon::prelude::*;
 
 use super::coherence::refine;
@@ -260,6 +260,11 @@ impl Node for CandidatesNode {
             "With one exemplar for all directions, strips nearer than this to the pixel itself are no match: matching \
              itself would extrude the picture along the diagonal.",
         )
+    }
+
+    fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
+        // A pixel of the pyramid has four bytes, a set twelve triples of eight, and their count.
+        Some(sizing.input("pyramid")? / 4 * 97)
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

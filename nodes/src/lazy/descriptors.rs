@@ -1,6 +1,6 @@
 //! Bases and descriptors of every level, and the node that makes them.
 
-use breccia_engine::{Context, Data, Digest, Node, NodeError, NodeSpec};
+use breccia_engine::{Context, Data, Digest, Node, NodeError, NodeSpec, Sizing};
 
 use super::basis::{Basis, Descriptor, LevelBases, level_bases};
 use super::per_level;
@@ -115,6 +115,11 @@ impl Node for DescriptorsNode {
             "count",
             "Components kept, finest level first; the last entry serves all coarser levels.",
         )
+    }
+
+    fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
+        // A pixel of the pyramid has four bytes, a descriptor sixteen.
+        Some(sizing.input("pyramid")? / 4 * 16)
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

@@ -1,6 +1,6 @@
 //! `lazy.pyramid`: the exemplar at every level of resolution.
 
-use breccia_engine::{Context, Node, NodeError, NodeSpec};
+use breccia_engine::{Context, Node, NodeError, NodeSpec, Sizing};
 
 use super::pyramid::Pyramid;
 use crate::exemplar::Exemplar;
@@ -27,6 +27,11 @@ impl Node for PyramidNode {
             "count",
             "Number of levels; 0 takes as many as leave 32 pixels a side at the coarsest (the start level).",
         )
+    }
+
+    fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
+        // Four of an exemplar's seven bytes a pixel, and a third for the coarser levels.
+        Some(sizing.input("exemplar")? * 16 / 21)
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

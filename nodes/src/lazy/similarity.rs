@@ -1,7 +1,7 @@
 //! 2D similarity sets: for each pixel the pixels with the most similar neighbourhoods (k-coherence after
 //! Tong et al. 2002; the 2D candidates of Dong et al. 2008, section 5.1).
 
-use breccia_engine::{Context, Data, Digest, Node, NodeError, NodeSpec};
+use breccia_engine::{Context, Data, Digest, Node, NodeError, NodeSpec, Sizing};
 use rayon::prelude::*;
 
 use super::basis::{DIMS, Descriptor};
@@ -141,6 +141,11 @@ impl Node for SimilarityNode {
         .input("descriptors", "descriptors", "Its descriptors.")
         .output("similarity", "similarity", "The similarity sets.")
         .int("spread", 1..=16, 3, "pixels", "Least distance along x or y between members of a set.")
+    }
+
+    fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
+        // A pixel of the pyramid has four bytes, a set four pixels of two.
+        Some(sizing.input("pyramid")? / 4 * 8)
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use breccia_engine::{Context, Node, NodeError, NodeSpec};
+use breccia_engine::{Context, Node, NodeError, NodeSpec, Sizing};
 
 use super::candidates::Candidates;
 use super::descriptors::Descriptors;
@@ -53,6 +53,11 @@ impl Node for UsageNode {
              it comes.",
         );
         cost_params(spec)
+    }
+
+    fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
+        // A pixel of the pyramid has four bytes, and so has a weight.
+        Some(sizing.input("pyramid")? / 4 * 4)
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

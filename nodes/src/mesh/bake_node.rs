@@ -1,6 +1,6 @@
 //! Node `mesh.bake`.
 
-use breccia_engine::{Context, Node, NodeError, NodeSpec, ParamKind, ParamValue};
+use breccia_engine::{Context, Node, NodeError, NodeSpec, ParamKind, ParamValue, Sizing};
 
 use super::{BakeSettings, Filter, MAX_ORIGIN, MAX_RESOLUTION, MAX_TEXTURE, bake_solid};
 use crate::data::{Mesh, SolidValue};
@@ -36,6 +36,11 @@ impl Node for Bake {
             )
             .choice("filter", FILTERS, "How samples between voxel centres are found.")
             .int("gutter", 0..=256, 8, "texels", "How far colours are spread beyond the borders of charts.")
+    }
+
+    fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
+        // The mesh, and a texture of a colour's three bytes.
+        Some(sizing.input("mesh").unwrap_or(0) + 3 * sizing.int("texture_size")?.unsigned_abs().pow(2))
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

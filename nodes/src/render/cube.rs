@@ -1,10 +1,10 @@
 //! The node `render.cube`.
 
-use breccia_engine::{Context, Data, Node, NodeError, NodeSpec};
+use breccia_engine::{Context, Data, Node, NodeError, NodeSpec, Sizing};
 
 use super::{Background, CutawaySettings, cutaway};
 use crate::data::{Image, SolidValue};
-use crate::solid::params::{box_of, picture_of, with_box, with_picture};
+use crate::solid::params::{box_of, picture_bytes, picture_of, with_box, with_picture};
 
 /// A box with a corner cut out.
 pub struct Cube;
@@ -33,6 +33,10 @@ impl Node for Cube {
             Background::CHOICES,
             "What lies behind the box.",
         )
+    }
+
+    fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
+        picture_bytes(sizing, "picture")
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

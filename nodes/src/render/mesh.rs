@@ -1,10 +1,10 @@
 //! The node `render.mesh`.
 
-use breccia_engine::{Context, Data, Node, NodeError, NodeSpec};
+use breccia_engine::{Context, Data, Node, NodeError, NodeSpec, Sizing};
 
 use super::{Background, PortraitSettings, portrait};
 use crate::data::{Image, Mesh as MeshData};
-use crate::solid::params::{picture_of, with_picture};
+use crate::solid::params::{picture_bytes, picture_of, with_picture};
 
 /// A picture of a textured mesh.
 pub struct Mesh;
@@ -32,6 +32,10 @@ impl Node for Mesh {
             .float("elevation", -90.0..=90.0, 18.0, "degrees", "How far the viewer looks down.")
             .float("zoom", 0.05..=50.0, 1.0, "1", "1 fits the whole mesh, 2 shows it twice as large.")
             .choice("background", Background::CHOICES, "What lies behind the mesh.")
+    }
+
+    fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
+        picture_bytes(sizing, "size")
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

@@ -1,6 +1,6 @@
 //! Parameters that several nodes declare alike: a box of voxels, and texts that stand for vectors.
 
-use breccia_engine::{Context, NodeError, NodeSpec, ParamKind, ParamValue};
+use breccia_engine::{Context, NodeError, NodeSpec, ParamKind, ParamValue, Sizing};
 
 /// The farthest voxel coordinate that parameters accept; leaves room for boxes and halos around it.
 const FAR: i64 = 1_000_000_000;
@@ -64,6 +64,20 @@ pub(crate) fn picture_of(context: &Context<'_>, name: &str) -> Result<[u32; 2], 
         [n] => Ok([edge(n)?; 2]),
         [w, h] => Ok([edge(w)?, edge(h)?]),
         ref other => Err(wrong_count(name, "1 or 2", other.len())),
+    }
+}
+
+/// Roughly the bytes of the picture declared by [`with_picture`].
+pub(crate) fn picture_bytes(sizing: &Sizing<'_>, name: &str) -> Option<u64> {
+    let edges = sizing.ints(name)?;
+    Some(3 * edges.first()?.unsigned_abs() * edges.last()?.unsigned_abs())
+}
+
+/// Roughly the bytes of the box declared by [`with_box`]; solids carry a colour of three bytes as a rule.
+pub(crate) fn box_bytes(sizing: &Sizing<'_>) -> Option<u64> {
+    match sizing.ints("size")?[..] {
+        [n] => Some(3 * n.unsigned_abs().pow(3)),
+        ref edges => Some(edges.iter().fold(3, |bytes, n| bytes * n.unsigned_abs())),
     }
 }
 

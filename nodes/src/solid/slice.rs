@@ -1,8 +1,8 @@
 //! The node `solid.slice`.
 
-use breccia_engine::{Context, Data, Node, NodeError, NodeSpec, ParamKind, ParamValue};
+use breccia_engine::{Context, Data, Node, NodeError, NodeSpec, ParamKind, ParamValue, Sizing};
 
-use super::params::{floats, picture_of, vector, with_picture};
+use super::params::{floats, picture_bytes, picture_of, vector, with_picture};
 use super::{Filter, Plane};
 use crate::data::{Image, SolidValue};
 
@@ -37,6 +37,10 @@ impl Node for Slice {
                 "How a pixel gets its value.",
             )
             .param("map", ParamKind::Text, ParamValue::Text("color".into()), "", "The map that is shown.")
+    }
+
+    fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
+        picture_bytes(sizing, "size")
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

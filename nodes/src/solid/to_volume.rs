@@ -1,8 +1,8 @@
 //! The node `solid.to_volume`.
 
-use breccia_engine::{Context, Data, Node, NodeError, NodeSpec};
+use breccia_engine::{Context, Data, Node, NodeError, NodeSpec, Sizing};
 
-use super::params::{box_of, with_box};
+use super::params::{box_bytes, box_of, with_box};
 use super::{available_memory, box_volume};
 use crate::data::{SolidValue, Volume};
 
@@ -23,6 +23,10 @@ impl Node for ToVolume {
         with_box(spec, 64)
             .float("spacing", 1e-9..=1e9, 1.0, "world units", "Edge of a voxel, kept in files that can.")
             .int("memory", 0..=1 << 30, 0, "MiB", "Most memory the volume may take; 0 means what is free.")
+    }
+
+    fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
+        box_bytes(sizing)
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {
