@@ -21,6 +21,8 @@ mod isa;
 mod jitter;
 mod kernel;
 mod nearest;
+#[cfg(test)]
+mod oracle;
 mod pyramid;
 mod pyramid_node;
 mod random;

@@ -47,6 +47,23 @@ fn stages_with(side: u32, levels: usize, tileable: bool, dims: &[i64]) -> Stages
     Stages { exemplar, tables: Arc::new(tables), initial }
 }
 
+/// Gives tables some contrast to restore, and weights to add.
+fn weigh(tables: &mut Tables) {
+    for level in &mut tables.levels {
+        level.stretch = 77;
+        let records = level.views.iter_mut().flat_map(|view| &mut view.records);
+        records.zip(0..).for_each(|(record, i)| record.usage = i * 7919 % 1000);
+    }
+}
+
+/// Tables with all that a correction may meet.
+pub(super) fn tables_of_noise(dims: i64, tileable: bool) -> Tables {
+    let stages = stages_with(32, 1, tileable, &[dims]);
+    let mut tables = Arc::into_inner(stages.tables).expect("the only owner");
+    weigh(&mut tables);
+    tables
+}
+
 impl Stages {
     fn solid(&self, settings: &Settings) -> LazySolid {
         LazySolid::new(Arc::clone(&self.tables), self.initial.clone(), settings.clone(), Digest([7; 32]))
@@ -118,13 +135,7 @@ fn every_instruction_set_gives_the_same_bits() {
     ];
     for (tileable, dims, settings) in cases {
         let mut stages = stages_with(32, 2, tileable, &dims);
-        // Some contrast to restore, and weights to add.
-        let tables = Arc::get_mut(&mut stages.tables).expect("the only owner");
-        for level in &mut tables.levels {
-            level.stretch = 77;
-            let records = level.views.iter_mut().flat_map(|view| &mut view.records);
-            records.zip(0..).for_each(|(record, i)| record.usage = i * 7919 % 1000);
-        }
+        weigh(Arc::get_mut(&mut stages.tables).expect("the only owner"));
         let whole = VoxelSet::from_box([-5, 3, 9], [21, 18, 17]);
         let reference = stages.solid(&settings).with_isa(Isa::Portable).evaluate(&whole, &()).expect("it");
         for isa in available_instruction_sets() {
