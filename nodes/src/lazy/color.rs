@@ -37,10 +37,11 @@ impl OneColor {
         first_least(colors.map(apart))
     }
 
-    /// The colour of a voxel.
+    /// The colour of a voxel, and the direction whose pixel is nearest to it.
     #[inline(always)]
-    pub fn of(&self, colors: [[u8; 4]; 3]) -> [u8; 4] {
-        if self.takes_one() { colors[self.nearest(colors)] } else { mean(colors) }
+    pub fn of(&self, colors: [[u8; 4]; 3]) -> ([u8; 4], usize) {
+        let nearest = self.nearest(colors);
+        (if self.takes_one() { colors[nearest] } else { mean(colors) }, nearest)
     }
 }
 

@@ -20,11 +20,13 @@ pub(super) struct Brick {
     pub pixels: [[Pixel; BRICK_VOXELS]; 3],
     /// Colour and feature, little-endian RGBF.
     pub color: [u32; BRICK_VOXELS],
+    /// The direction whose pixel is shown.
+    pub shown: [u8; BRICK_VOXELS],
 }
 
 impl Brick {
     pub fn empty() -> Self {
-        Self { pixels: [[0; BRICK_VOXELS]; 3], color: [0; BRICK_VOXELS] }
+        Self { pixels: [[0; BRICK_VOXELS]; 3], color: [0; BRICK_VOXELS], shown: [0; BRICK_VOXELS] }
     }
 
     #[inline(always)]
@@ -34,7 +36,9 @@ impl Brick {
             view.texels[view.index(pixels[e])]
         });
         (0..3).for_each(|e| self.pixels[e][at] = pixels[e]);
-        self.color[at] = u32::from_le_bytes(color.of(colors));
+        let (color, shown) = color.of(colors);
+        self.color[at] = u32::from_le_bytes(color);
+        self.shown[at] = shown as u8;
     }
 
     /// Takes over the voxels of a mask from another brick.
@@ -42,6 +46,7 @@ impl Brick {
         for at in bits(mask) {
             (0..3).for_each(|e| self.pixels[e][at] = from.pixels[e][at]);
             self.color[at] = from.color[at];
+            self.shown[at] = from.shown[at];
         }
     }
 }

@@ -460,13 +460,11 @@ impl Layer {
                     *views[2].view.texels.get_unchecked(at[2]),
                 ]
             };
-            let color = if color.takes_one() {
-                // SAFETY: the caller's promise.
-                colors[unsafe { O::nearest_color(colors, &color) }]
-            } else {
-                mean(colors)
-            };
+            // SAFETY: the caller's promise.
+            let shown = unsafe { O::nearest_color(colors, &color) };
+            let color = if color.takes_one() { colors[shown] } else { mean(colors) };
             brick.color[voxel] = u32::from_le_bytes(color);
+            brick.shown[voxel] = shown as u8;
         }
         total
     }

@@ -80,7 +80,7 @@ fn corrected(job: &Job<'_>, workspace: &Workspace, at: [usize; 3]) -> ([Pixel; 3
     let whole = |pixels: &[Pixel; 3]| (0..3).map(|e| cost(e, pixels[e])).sum::<i64>() + crossbar(*pixels);
     let chosen = triples.into_iter().min_by_key(whole).expect("the mixed triple");
     let colors = std::array::from_fn(|e| views[e].view.texels[views[e].view.index(chosen[e])]);
-    (chosen, whole(&chosen), color.of(colors))
+    (chosen, whole(&chosen), color.of(colors).0)
 }
 
 fn noise_window(level: &LevelTables) -> Workspace {

@@ -291,8 +291,7 @@ impl LazySolid {
         field: &Field,
     ) {
         let (domain, level) = (self.domain(0), &self.tables.levels[0]);
-        let one_color = self.color(0);
-        let mean = is_color && !one_color.takes_one();
+        let mean = is_color && !self.color(0).takes_one();
         let item = map.channels * map.samples.ty().byte_size();
         let sources: Vec<&[u8]> = sources.iter().map(|source| source.samples.bytes()).collect();
         let out = map.samples.bytes_mut().par_chunks_mut(BRICK_VOXELS * item);
@@ -314,10 +313,9 @@ impl LazySolid {
                     to.copy_from_slice(&brick.color[from].to_le_bytes()[..item]);
                     continue;
                 }
-                let index: [usize; 3] =
-                    std::array::from_fn(|e| level.view(e).view.index(brick.pixels[e][from]));
-                let e = one_color.nearest(std::array::from_fn(|e| level.view(e).view.texels[index[e]]));
-                let source = &sources[e.min(sources.len() - 1)][index[e] * item..][..item];
+                let e = usize::from(brick.shown[from]);
+                let index = level.view(e).view.index(brick.pixels[e][from]);
+                let source = &sources[e.min(sources.len() - 1)][index * item..][..item];
                 // A colour's three bytes without a call.
                 match (<&mut [u8; 3]>::try_from(&mut *to), <&[u8; 3]>::try_from(source)) {
                     (Ok(to), Ok(source)) => *to = *source,
