@@ -209,9 +209,9 @@ impl Field {
         let whole = xs[2] & 7 == 0 && xs[9] == xs[2] + 7;
         let mut columns: [&Brick; SIDE] = [&absent; SIDE];
         let mut to = 0;
-        for z in 0..SIDE {
+        for z in zs {
             for y in 0..SIDE {
-                let [by, bz] = [ys[y] >> 3, zs[z] >> 3];
+                let [by, bz] = [ys[y] >> 3, z >> 3];
                 if y == 0 || by != ys[y - 1] >> 3 {
                     for x in 0..SIDE {
                         columns[x] = if x > 0 && xs[x] >> 3 == xs[x - 1] >> 3 {
@@ -221,7 +221,7 @@ impl Field {
                         };
                     }
                 }
-                let row = ((zs[z] & 7) << 6 | (ys[y] & 7) << 3) as usize;
+                let row = ((z & 7) << 6 | (ys[y] & 7) << 3) as usize;
                 let single: &[usize] =
                     if whole { &[0, 1, 10, 11] } else { &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11] };
                 for &x in single {

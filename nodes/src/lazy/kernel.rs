@@ -449,8 +449,8 @@ impl Layer {
                 }
             }
             let voxel = z * LAYER + usize::from(self.voxels[slot]);
-            for e in 0..3 {
-                brick.pixels[e][voxel] = pixels[e];
+            for (of_brick, pixel) in brick.pixels.iter_mut().zip(pixels) {
+                of_brick[voxel] = pixel;
             }
             // SAFETY: the caller's promise.
             let colors = unsafe {
