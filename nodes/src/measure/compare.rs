@@ -1,10 +1,11 @@
-//! Four measures of a volume against its exemplar, to be read together.
+//! Measures of a volume against its exemplar, to be read together.
 
 use rayon::prelude::*;
 
 use super::color_divergence;
 use super::contrast::{Spread, gather};
 use super::patches::{EDGE, NUMBERS, Patch, PatchSet, patch};
+use super::structure::{Structure, measure_structure};
 use super::views::{Pixels, Voxels, in_plane};
 use crate::control::{Cancelled, Control, check};
 use crate::data::{Image, Volume};
@@ -65,6 +66,8 @@ pub struct Quality {
     /// The neighbourhood distance of oblique planes (four space diagonals and three face diagonals, nearest
     /// voxels). Cuts of a solid through grains differ from its faces a little even where it is perfect.
     pub oblique_distance: f64,
+    /// How its structures lie.
+    pub structure: Structure,
 }
 
 /// Why nothing was measured.
@@ -139,6 +142,8 @@ pub fn measure_quality(
     let color_kl = color_divergence(&truth.data, &voxels.data);
     check(control)?;
     let [contrast, fine_contrast] = contrasts(&voxels, &truth, settings, random, control)?;
+    control.progress(0.1);
+    let structure = measure_structure(&voxels, &truth, settings.slices.clamp(1, 4096), random, control)?;
     control.progress(0.2);
 
     let halves = halves(&truth);
@@ -178,6 +183,7 @@ pub fn measure_quality(
         completeness,
         axis_completeness,
         oblique_distance,
+        structure,
     })
 }
 
@@ -351,11 +357,11 @@ fn oblique_patches(voxels: &Voxels, count: usize, random: Random) -> Vec<Patch> 
 
 /// Random numbers by key.
 #[derive(Clone, Copy)]
-struct Random(u64);
+pub(super) struct Random(pub u64);
 
 impl Random {
     /// A number below `n`, which must not be 0 (SplitMix64 over the key).
-    fn below(self, n: usize, key: [u64; 3]) -> usize {
+    pub fn below(self, n: usize, key: [u64; 3]) -> usize {
         let hash = key.iter().fold(self.0, |state, &k| {
             let mut h = (state ^ k).wrapping_add(0x9e37_79b9_7f4a_7c15);
             h = (h ^ h >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -14,8 +14,8 @@ impl Node for MeasureQuality {
     fn spec(&self) -> NodeSpec {
         let spec = NodeSpec::new(
             "measure.quality",
-            1,
-            "How well a solid resembles its exemplar, in four measures",
+            2,
+            "How well a solid resembles its exemplar, in numbers",
             "Read them together, and look at pictures too: each is blind to something.\n\n\
              - `color_kl`: Kullback-Leibler divergence of the joint colour histograms (8 × 8 × 8 bins, 10⁻⁴ added to \
              each share), exemplar from solid, in nats. From 0; small is good. Blind to arrangement.\n\
@@ -31,12 +31,23 @@ impl Node for MeasureQuality {
              repeated scores low, which coverage shows.\n\
              - `axis_completeness` (and `completeness_x`, `_y`, `_z`): the same the other way round, from patches of the \
              exemplar to those of the solid. Above 1 something is not to be found across that axis: streaks, blur, \
-             collapse. Blind to what is there besides.",
+             collapse. Blind to what is there besides.\n\
+             - `autocorrelation`: root mean square difference of the autocorrelations of luminance over all lags to a \
+             quarter of the size, over that between disjoint halves of the exemplar. From 0; up to about 1 is good. Blind to \
+             colour, contrast, and lines that break without moving.\n\
+             - `repetition`: the most by which the autocorrelation exceeds the exemplar's at a lag of 4 pixels or more, 0 to \
+             1; up to 0.2 is chance in a small exemplar, more is stripes, tiles, or diagonal bands. Blind to longer periods.\n\
+             - `orientation_kl`: Kullback-Leibler divergence of the histograms of local orientation by structure tensor (16 \
+             bins over half a turn, weighted by the difference of the eigenvalues), in nats. From 0; small is good. Blind \
+             to scale.\n\
+             - `flat`: the share of a slice that its largest region without edges takes (steps of at most 3 grey levels), \
+             over that in the exemplar. Up to about 1 is good, more is collapse. Blind to collapse to a region with \
+             texture of its own.",
         )
         .paper(
             "Kullback & Leibler 1951 for the divergence; nearest-neighbourhood distance as the energy of Kwatra et \
              al. 2005 (Texture optimization for example-based synthesis), Eq. 1; coverage after the index histogram \
-             of Chen & Wang 2010",
+             of Chen & Wang 2010; autocorrelation and orientation after Urs et al. 2014, section VI",
         )
         .input("solid", SolidValue::TYPE, "What is measured.")
         .input("exemplar", Image::TYPE, "The picture it should resemble, at least 16 × 16 pixels.")
@@ -49,7 +60,7 @@ impl Node for MeasureQuality {
                 "patches",
                 "Patches across the axes, and as many oblique ones.",
             )
-            .int("slices", 1..=4096, 8, "slices", "Slices across each axis for the contrast.")
+            .int("slices", 1..=4096, 8, "slices", "Slices across each axis for contrast and structure.")
             .int("seed", 0..=i64::from(u32::MAX), 1, "count", "Selects patches and slices.")
     }
 
@@ -81,6 +92,11 @@ impl Node for MeasureQuality {
         {
             report.row(name, distance, "of the exemplar's own; up to 1 is good");
         }
+        let structure = quality.structure;
+        report.row("autocorrelation", structure.autocorrelation, "of the exemplar's own; up to 1 is good");
+        report.row("repetition", structure.repetition, "excess correlation; small is good");
+        report.row("orientation_kl", structure.orientation_kl, "nats; small is good");
+        report.row("flat", structure.flat, "of the exemplar's; up to 1 is good");
         context.set("report", report);
         Ok(())
     }

@@ -101,3 +101,25 @@ fn what_cannot_be_measured_is_refused() {
     let q = measure_quality(&flat, &Image::from_fn(20, 20, |_, _| [1u8, 2, 3]), &settings, &()).unwrap();
     assert!((q.contrast, q.fine_contrast, q.axis_distance, q.coverage) == (1.0, 1.0, 1.0, 1.0), "{q:?}");
 }
+
+#[test]
+fn each_fault_of_structure_is_seen_by_the_measure_made_for_it() {
+    let image = exemplar();
+    let good = quality(|v| medium(v, 5)).structure;
+    assert!(good.autocorrelation < 2.0 && good.repetition < 0.3, "{good:?}");
+    assert!(good.orientation_kl < 0.05 && good.flat < 2.0, "{good:?}");
+    // Tiles of 6³ voxels.
+    let tiled = quality(|v| medium(v.map(|c| c % 6), 5)).structure;
+    assert!(tiled.repetition > 0.8 && tiled.autocorrelation > 2.0 * good.autocorrelation, "{tiled:?}");
+    // Bands along x + y + z.
+    let banded = quality(|[x, y, z]| image.rgb8(((x + y + z) % 48) as u32, 7)).structure;
+    assert!(banded.repetition > 0.5 && banded.orientation_kl > 0.5, "{banded:?}");
+    // Three quarters of one colour.
+    let collapsed = quality(|v| if v[0] < 24 { [128, 104, 127] } else { medium(v, 5) }).structure;
+    assert!(collapsed.flat > 3.0 * good.flat, "{collapsed:?}");
+    let shuffled = quality(|v| {
+        let at = |c| Random(3).below(48, [v[0] as u64 + 64 * v[1] as u64, v[2] as u64, c]) as u32;
+        image.rgb8(at(0), at(1))
+    });
+    assert!(shuffled.structure.autocorrelation > 1.3 * good.autocorrelation, "{:?}", shuffled.structure);
+}
