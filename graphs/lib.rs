@@ -42,8 +42,15 @@ macro_rules! assets {
     };
 }
 
-const PRESETS: &[Preset] =
-    presets!["lazy_volume", "lazy_mesh", "lazy_slice", "pbr_mesh", "wood_views", "cut_mesh"];
+const PRESETS: &[Preset] = presets![
+    "lazy_volume",
+    "lazy_mesh",
+    "lazy_slice",
+    "pbr_mesh",
+    "wood_views",
+    "cut_mesh",
+    "compare_volume"
+];
 
 const ASSETS: &[Asset] = assets![
     "caustics/color_128.png",
@@ -58,6 +65,7 @@ const ASSETS: &[Asset] = assets![
     "cobbles/normal_128.png",
     "cobbles/roughness_128.png",
     "granite/color_128.png",
+    "granite/volume_32.nrrd",
     "spot/spot.glb",
     "wood/view_x_128.png",
     "wood/view_y_128.png",

@@ -2,6 +2,7 @@
 
 mod cache;
 mod check;
+mod compare;
 mod completions;
 mod devices;
 mod man;
@@ -32,6 +33,8 @@ enum Command {
     Nodes(nodes::Nodes),
     /// Check graphs and print every problem
     Check(check::Check),
+    /// Measure how well a volume resembles its exemplar
+    Compare(compare::Compare),
     /// Look at the disk cache, or clear it
     Cache(cache::Cache),
     /// Say what computations run on
@@ -53,6 +56,7 @@ impl Cli {
             Command::Presets(presets) => presets.run(),
             Command::Nodes(nodes) => nodes.run(),
             Command::Check(check) => check.run(),
+            Command::Compare(compare) => compare.run(),
             Command::Cache(cache) => cache.run(),
             Command::Devices(devices) => devices.run(),
             Command::Completions(completions) => completions.run(),

@@ -154,7 +154,7 @@ impl Run {
 }
 
 /// An error if a node failed: the nodes that did, and the outputs that are missing because of them.
-fn failures(result: &RunResult, targets: &[Target<'_>]) -> Result<(), Failure> {
+pub(super) fn failures(result: &RunResult, targets: &[Target<'_>]) -> Result<(), Failure> {
     let roots: Vec<_> = result.failures.iter().filter(|failure| failure.because_of.is_none()).collect();
     if result.failures.is_empty() {
         return Ok(());

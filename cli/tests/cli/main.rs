@@ -4,6 +4,7 @@ mod bad_files;
 mod bad_usage;
 mod caching;
 mod cancelling;
+mod comparing;
 mod describing;
 mod determinism;
 mod support;

@@ -62,9 +62,11 @@ pub fn report_csv(report: &Report) -> String {
 pub fn report_text(report: &Report) -> String {
     let width = |text: &str| text.chars().count();
     let names = report.rows.iter().map(|(name, ..)| width(name)).max().unwrap_or(0);
-    let values = report.rows.iter().map(|(_, value, _)| width(&value.to_string())).max().unwrap_or(0);
+    // Four decimals are enough to read; JSON and CSV have all.
+    let short = |value: f64| if value.fract() == 0.0 { value.to_string() } else { format!("{value:.4}") };
+    let values = report.rows.iter().map(|&(_, value, _)| width(&short(value))).max().unwrap_or(0);
     let rows = report.rows.iter().map(|(name, value, unit)| {
-        let line = format!("{name:names$}  {value:>values$}  {unit}");
+        let line = format!("{name:names$}  {:>values$}  {unit}", short(*value));
         format!("{}\n", line.trim_end())
     });
     std::iter::once(format!("{}\n", report.title)).chain(rows).collect()

@@ -19,5 +19,5 @@ use breccia_engine::Node;
 
 /// The nodes of this family.
 pub fn nodes() -> Vec<Box<dyn Node>> {
-    vec![Box::new(quality::MeasureQuality)]
+    vec![Box::new(quality::MeasureQuality), Box::new(quality::MeasureVolume)]
 }
