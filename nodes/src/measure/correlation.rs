@@ -79,7 +79,8 @@ mod tests {
     use super::*;
 
     fn stripes(period: usize, slope: usize) -> Pixels {
-        let data = (0..32 * 32).map(|i| [if (i % 32 + slope * (i / 32)) % period == 0 { 255 } else { 0 }; 3]);
+        let data = (0..32 * 32)
+            .map(|i| [if (i % 32 + slope * (i / 32)).is_multiple_of(period) { 255 } else { 0 }; 3]);
         Pixels { width: 32, height: 32, data: data.collect() }
     }
 
