@@ -75,7 +75,8 @@ pub fn make_exemplar(
     let carried = std::iter::once(("color".to_owned(), color.clone()))
         .chain(maps.iter().map(|(name, map)| ((*name).to_owned(), shrink(map, w, h))))
         .collect();
-    let view = View { width: w, height: h, texels, carried, tileable: settings.tileable };
+    let guided = guide.is_some() || mask.is_some() && settings.feature != Feature::None;
+    let view = View { width: w, height: h, texels, carried, tileable: settings.tileable, guided };
     Ok(Exemplar { views: vec![view] })
 }
 
@@ -134,7 +135,7 @@ impl Node for MakeExemplar {
     fn spec(&self) -> NodeSpec {
         let spec = NodeSpec::new(
             "exemplar.make",
-            2,
+            3,
             "An exemplar from a picture and its aligned maps",
             "The colour guides the matching. A mask (bright inside the features) is turned into a signed feature \
              distance that joins it as a fourth channel; so can any other map as `guide`. All further maps are carried: \
@@ -229,5 +230,6 @@ pub(super) fn transpose(view: &View) -> View {
         texels,
         carried: carried.collect(),
         tileable: view.tileable,
+        guided: view.guided,
     }
 }

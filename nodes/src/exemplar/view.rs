@@ -61,6 +61,8 @@ pub struct View {
     pub carried: Vec<(String, Image)>,
     /// Whether the picture continues at the opposite edge.
     pub tileable: bool,
+    /// Whether the feature channel comes from a mask or a guide that somebody made, not from a threshold.
+    pub guided: bool,
 }
 
 impl View {
@@ -121,7 +123,10 @@ impl Data for Exemplar {
         let mut out = Writer::new();
         out.u64(self.views.len() as u64);
         for view in &self.views {
-            out.u64(view.width.into()).u64(view.height.into()).u64(view.tileable.into());
+            out.u64(view.width.into())
+                .u64(view.height.into())
+                .u64(view.tileable.into())
+                .u64(view.guided.into());
             out.array(&view.texels).u64(view.carried.len() as u64);
             for (name, image) in &view.carried {
                 out.text(name).bytes(&image.encode()?);
@@ -134,7 +139,8 @@ impl Data for Exemplar {
         let mut reader = Reader::new(bytes);
         let mut views = Vec::new();
         for _ in 0..reader.u64()? {
-            let (width, height, tileable) = (reader.u32()?, reader.u32()?, reader.u64()? != 0);
+            let (width, height) = (reader.u32()?, reader.u32()?);
+            let (tileable, guided) = (reader.u64()? != 0, reader.u64()? != 0);
             let texels = reader.array()?;
             let mut carried = Vec::new();
             for _ in 0..reader.u64()? {
@@ -143,7 +149,7 @@ impl Data for Exemplar {
             if width == 0 || texels.len() as u64 != u64::from(width) * u64::from(height) {
                 return Err("a view's texels do not fit its size".to_owned());
             }
-            views.push(View { width, height, texels, carried, tileable });
+            views.push(View { width, height, texels, carried, tileable, guided });
         }
         reader.end()?;
         if views.len() == 1 || views.len() == 3 {

@@ -33,7 +33,7 @@ impl Node for CombineViews {
     fn spec(&self) -> NodeSpec {
         NodeSpec::new(
             "exemplar.views",
-            1,
+            2,
             "Three exemplars, one for each direction",
             "For anisotropic materials such as wood. `x` is the cut normal to x (rows z, columns y), `y` the one normal \
              to y (rows z, columns x), `z` the one normal to z (rows y, columns x). Sizes may differ, the carried maps \

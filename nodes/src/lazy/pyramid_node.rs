@@ -11,7 +11,7 @@ impl Node for PyramidNode {
     fn spec(&self) -> NodeSpec {
         NodeSpec::new(
             "lazy.pyramid",
-            1,
+            2,
             "The exemplar at every level of resolution",
             "Every level halves the one before by averaging 2 × 2 pixels. Synthesis starts at the coarsest level, so \
              their number decides how large the structures are that it sees at the start.",
@@ -25,7 +25,8 @@ impl Node for PyramidNode {
             0..=6,
             0,
             "count",
-            "Number of levels; 0 takes as many as leave 32 pixels a side at the coarsest (the start level).",
+            "Number of levels; 0 takes as many as leave 32 pixels a side at the coarsest (the start level), or 64 if the exemplar \
+             has neither mask nor guide, but two where there are 64 pixels.",
         )
     }
 

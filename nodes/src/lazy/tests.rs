@@ -321,3 +321,17 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn without_a_mask_synthesis_starts_at_a_finer_level() {
+    let levels = |side: u32, masked: bool| {
+        let mask =
+            Image::from_fn(side, side, |x, y| if (x / 8 + y / 8) % 2 == 0 { [255; 3] } else { [0; 3] });
+        let make = MakeSettings { max_size: 256, ..Default::default() };
+        let exemplar =
+            make_exemplar(&picture(side), masked.then_some(&mask), None, &[], &make).expect("an exemplar");
+        Pyramid::new(&exemplar, 0).expect("a pyramid").levels.len()
+    };
+    assert_eq!([16, 32, 64, 128, 256].map(|side| levels(side, true)), [1, 1, 2, 3, 4]);
+    assert_eq!([16, 32, 64, 128, 256].map(|side| levels(side, false)), [1, 1, 2, 2, 3]);
+}
