@@ -95,17 +95,18 @@ pub struct Pyramid {
 }
 
 impl Pyramid {
-    /// Halves every view `levels - 1` times. `levels` 0 goes on while the coarsest level keeps 32 pixels a side, or, without
-    /// a mask or guide, twice as many after the first halving: a feature distance survives more halving than colours do,
-    /// whose fine structures come out as blotches and diagonals if synthesis starts too coarse.
+    /// Halves every view `levels - 1` times. `levels` 0 goes on while the coarsest level keeps 32 pixels a side, or, with one
+    /// view without a mask or guide, twice as many after the first halving: a feature distance survives more halving than
+    /// colours do, whose fine structures come out as blotches and diagonals if synthesis starts too coarse. Three views
+    /// describe directed materials, whose long structures want a coarse start.
     ///
     /// # Errors
     /// If a view would be smaller than [`LEAST_SIDE`] at the coarsest level.
     pub fn new(exemplar: &Exemplar, levels: usize) -> Result<Self, ExemplarError> {
         let smallest = exemplar.views.iter().map(|v| v.width.min(v.height)).min().unwrap_or(0);
         let keeping = |side: u32| (smallest / side).max(1).ilog2() as usize + 1;
-        let guided = exemplar.views.iter().all(|view| view.guided);
-        let most = if guided { keeping(32) } else { keeping(64).max(keeping(32).min(2)) };
+        let coarse = exemplar.views.len() > 1 || exemplar.views.iter().all(|view| view.guided);
+        let most = if coarse { keeping(32) } else { keeping(64).max(keeping(32).min(2)) };
         let levels = if levels == 0 { most } else { levels };
         for view in &exemplar.views {
             let least = LEAST_SIDE << (levels - 1);

@@ -26,7 +26,7 @@ impl Node for PyramidNode {
             0,
             "count",
             "Number of levels; 0 takes as many as leave 32 pixels a side at the coarsest (the start level), or 64 if the exemplar \
-             has neither mask nor guide, but two where there are 64 pixels.",
+             is one picture with neither mask nor guide, but two where there are 64 pixels.",
         )
     }
 

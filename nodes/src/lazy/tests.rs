@@ -334,4 +334,9 @@ fn without_a_mask_synthesis_starts_at_a_finer_level() {
     };
     assert_eq!([16, 32, 64, 128, 256].map(|side| levels(side, true)), [1, 1, 2, 3, 4]);
     assert_eq!([16, 32, 64, 128, 256].map(|side| levels(side, false)), [1, 1, 2, 2, 3]);
+    // Three views of a directed material start coarse.
+    let mut three =
+        make_exemplar(&picture(128), None, None, &[], &MakeSettings::default()).expect("an exemplar");
+    three.views = vec![three.views[0].clone(); 3];
+    assert_eq!(Pyramid::new(&three, 0).expect("a pyramid").levels.len(), 3);
 }
