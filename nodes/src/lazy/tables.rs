@@ -12,8 +12,8 @@ use crate::exemplar::Exemplar;
 
 /// The tables of a synthesis.
 pub struct Tables {
-    /// Finest level first.
-    pub levels: Vec<LevelTables>,
+    /// Finest level first. Not for others to change: the kernel reads without checks what [`Tables::new`] checked.
+    pub(super) levels: Vec<LevelTables>,
     /// For each view of the exemplar, the maps looked up at the finest level's coordinates.
     pub carried: Vec<Vec<Map>>,
 }
