@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use breccia_engine::{Document, Graph, Registry};
+use breccia_engine::{Document, Graph, IncludeError, Registry};
 
 use crate::exit::{Code, Failure, did_you_mean};
+use crate::sources::Sources;
 
 /// Reads and checks a graph.
 ///
@@ -12,7 +13,8 @@ use crate::exit::{Code, Failure, did_you_mean};
 /// Says what is wrong with the name, the file or the graph.
 pub fn load(name: &str, registry: &Registry) -> Result<Graph, Failure> {
     if let Some(preset) = breccia_graphs::preset(name) {
-        let document = Document::parse(preset.ron).map_err(|error| invalid(name, &error.to_string()))?;
+        let mut document = Document::parse(preset.ron).map_err(|error| invalid(name, &error.to_string()))?;
+        include(&mut document, Path::new("")).map_err(|error| invalid(name, &error.to_string()))?;
         return Graph::new(&document, registry).map_err(|problems| invalid(name, &problems.to_string()));
     }
     let path = Path::new(name);
@@ -26,9 +28,15 @@ pub fn load(name: &str, registry: &Registry) -> Result<Graph, Failure> {
         }
         _ => Failure::new(Code::Input, format!("cannot read `{name}`: {error}")),
     })?;
-    let document = Document::parse_bytes(&bytes).map_err(|error| invalid(name, &error.to_string()))?;
+    let mut document = Document::parse_bytes(&bytes).map_err(|error| invalid(name, &error.to_string()))?;
     let folder = path.parent().unwrap_or(Path::new(""));
+    include(&mut document, folder).map_err(|error| invalid(name, &error.to_string()))?;
     Graph::with_folder(&document, registry, folder).map_err(|problems| invalid(name, &problems.to_string()))
+}
+
+/// Reads the groups that stand in files of their own.
+fn include(document: &mut Document, folder: &Path) -> Result<(), IncludeError> {
+    document.include(folder, &Sources::default())
 }
 
 fn invalid(name: &str, problems: &str) -> Failure {

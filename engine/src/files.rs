@@ -43,3 +43,18 @@ impl FileSource for PlainFiles {
         Ok(Arc::new(std::fs::read(path)?))
     }
 }
+
+/// A path as it is seen from a folder. Absolute paths and paths with a scheme stay as they are.
+pub(crate) fn join(folder: &Path, path: &str) -> String {
+    if path.is_empty() || has_scheme(path) || Path::new(path).is_absolute() || folder.as_os_str().is_empty() {
+        return path.to_owned();
+    }
+    format!("{}/{path}", folder.to_string_lossy().trim_end_matches('/'))
+}
+
+/// Whether a path has a scheme such as `builtin:`. One letter is a Windows drive.
+pub(crate) fn has_scheme(path: &str) -> bool {
+    path.split_once(':').is_some_and(|(scheme, _)| {
+        scheme.len() > 1 && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-'))
+    })
+}

@@ -97,6 +97,7 @@ mod estimate;
 mod events;
 mod export;
 mod files;
+pub mod flow;
 mod graph;
 mod keys;
 mod node;
@@ -110,8 +111,8 @@ mod value;
 pub use cache::{DiskCache, DiskInfo};
 pub use docs::{ChoiceDoc, NodeDoc, ParamDoc, SocketDoc, describe, lint, markdown, plain};
 pub use document::{
-    Document, DocumentError, FORMAT, Interface, InterfaceInput, InterfaceOutput, InterfaceParam, Link,
-    NodeEntry, VERSION,
+    Document, DocumentError, FORMAT, Group, IncludeError, Interface, InterfaceInput, InterfaceOutput,
+    InterfaceParam, Link, NodeEntry, VERSION,
 };
 pub use engine::{DeviceChoice, Engine, EngineBuilder, EngineError};
 pub use estimate::Sizing;

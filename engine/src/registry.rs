@@ -17,7 +17,7 @@ pub struct NodeType {
 }
 
 /// The node types, socket types and exporters that a program knows.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Registry {
     nodes: BTreeMap<&'static str, Arc<NodeType>>,
     types: BTreeMap<&'static str, TypeInfo>,

@@ -18,6 +18,8 @@ use breccia_engine::Registry;
 /// A registry with every node, socket type and exporter of this crate.
 pub fn registry() -> Registry {
     let mut registry = Registry::default();
+    registry.add_types(breccia_engine::flow::types());
+    registry.add_nodes(breccia_engine::flow::nodes());
     registry.add_types(data::types());
     registry.add_types(lazy::types());
     for nodes in [

@@ -39,7 +39,13 @@ impl fmt::Display for Link {
 /// Splits `node.name` into its two names.
 pub(crate) fn split_path(path: &str) -> Option<(&str, &str)> {
     let (node, name) = path.split_once('.')?;
-    (is_name(node) && is_name(name)).then_some((node, name))
+    (is_path(node) && is_name(name)).then_some((node, name))
+}
+
+/// Whether a text can be the way to a node: a name, or names of groups and zones before it, such as `zone[3]/node`.
+fn is_path(path: &str) -> bool {
+    let plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '/' | '[' | ']' | '=');
+    !path.is_empty() && path.chars().all(plain)
 }
 
 /// Whether a text can name a node, socket or parameter.

@@ -7,7 +7,7 @@ use super::{DocumentError, VERSION};
 type Migration = fn(&mut ron::value::Map) -> Result<(), String>;
 
 /// `MIGRATIONS[v]` turns version `v` into version `v + 1`.
-const MIGRATIONS: [Migration; VERSION as usize] = [links_from_tuples];
+const MIGRATIONS: [Migration; VERSION as usize] = [links_from_tuples, nothing];
 
 pub(super) fn to_current(tree: Value, version: u32) -> Result<Value, DocumentError> {
     let fail = |message: String| DocumentError::Structure { version, message };
@@ -32,5 +32,10 @@ fn links_from_tuples(map: &mut ron::value::Map) -> Result<(), String> {
         };
         *link = Value::String(format!("{a}.{out} -> {b}.{input}"));
     }
+    Ok(())
+}
+
+/// Version 2 adds groups and inputs that go to sockets.
+fn nothing(_: &mut ron::value::Map) -> Result<(), String> {
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! Graph documents: RON with an envelope that is read first, migrations, and canonical writing.
 
 mod error;
+mod group;
 mod link;
 mod migrate;
 mod named;
@@ -8,11 +9,14 @@ mod node_entry;
 mod write;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde::{Deserialize, Deserializer};
 
+use crate::files::FileSource;
 use crate::spec::ParamValue;
 pub use error::DocumentError;
+pub use group::{Group, IncludeError};
 pub use link::Link;
 pub(crate) use link::{is_name, split_path};
 pub use node_entry::NodeEntry;
@@ -20,7 +24,9 @@ pub use node_entry::NodeEntry;
 /// The `format` of every graph document.
 pub const FORMAT: &str = "breccia-graph";
 /// The document version that this program writes, and the newest that it reads.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
+/// The oldest version whose texts are also texts of this version, word for word.
+const COMPATIBLE: u32 = 1;
 
 /// A graph as it stands in a file. Nothing of it is checked against the known node types yet.
 ///
@@ -39,6 +45,8 @@ pub struct Document {
     pub nodes: BTreeMap<String, NodeEntry>,
     /// Links such as `a.out -> b.in` ([`Link`]).
     pub links: Vec<String>,
+    /// Graphs by name that nodes such as `flow.group` and `flow.repeat` stand for.
+    pub groups: BTreeMap<String, Group>,
     /// Positions and the like, for editors alone.
     pub editor: ron::Value,
 }
@@ -51,16 +59,17 @@ impl Default for Document {
             interface: Interface::default(),
             nodes: BTreeMap::new(),
             links: Vec::new(),
+            groups: BTreeMap::new(),
             editor: ron::Value::Unit,
         }
     }
 }
 
-/// The named inputs, outputs and parameters of a graph.
+/// The named inputs, outputs and parameters of a graph or a group.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Interface {
-    /// Files to give.
+    /// Files or values to give.
     #[serde(deserialize_with = "named::map")]
     pub inputs: BTreeMap<String, InterfaceInput>,
     /// Values to ask for.
@@ -71,20 +80,25 @@ pub struct Interface {
     pub params: BTreeMap<String, InterfaceParam>,
 }
 
-/// A file parameter of a node, under a name.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
+/// Something to give, under a name: either a file, which a node reads, or a value, which goes to sockets.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InterfaceInput {
-    /// The socket type of what the file holds.
+    /// The socket type of the value, or of what the file holds.
     #[serde(rename = "type")]
     pub ty: String,
     /// What to give.
     #[serde(default)]
     pub docs: String,
-    /// The node that reads the file.
+    /// For a file: the node that reads it.
+    #[serde(default)]
     pub node: String,
-    /// Its file parameter.
+    /// For a file: the reader's file parameter.
+    #[serde(default)]
     pub param: String,
+    /// For a value: the sockets it goes to, each as `node.socket`.
+    #[serde(default)]
+    pub targets: Vec<String>,
 }
 
 /// An output of a node, under a name.
@@ -136,6 +150,8 @@ struct File {
     nodes: BTreeMap<String, NodeEntry>,
     #[serde(default)]
     links: Vec<String>,
+    #[serde(default, deserialize_with = "named::map")]
+    groups: BTreeMap<String, Group>,
     #[serde(default = "unit")]
     editor: ron::Value,
 }
@@ -162,7 +178,7 @@ impl Document {
     pub fn parse(text: &str) -> Result<Self, DocumentError> {
         let tree: ron::Value = text.parse().map_err(DocumentError::syntax)?;
         let version = envelope(&tree)?;
-        let file: File = if version == VERSION {
+        let mut file: File = if version >= COMPATIBLE {
             // Reading the text again, not the tree, so that errors know line and column.
             ron::from_str(text).map_err(DocumentError::syntax)?
         } else {
@@ -170,14 +186,15 @@ impl Document {
             tree.into_rust()
                 .map_err(|error| DocumentError::Structure { version, message: error.to_string() })?
         };
-        let mut links = file.links;
-        link::sort(&mut links);
+        link::sort(&mut file.links);
+        file.groups.values_mut().for_each(Group::sort);
         Ok(Self {
             title: file.title,
             docs: file.docs,
             interface: file.interface,
             nodes: file.nodes,
-            links,
+            links: file.links,
+            groups: file.groups,
             editor: file.editor,
         })
     }
@@ -189,6 +206,15 @@ impl Document {
     pub fn parse_bytes(bytes: &[u8]) -> Result<Self, DocumentError> {
         let text = std::str::from_utf8(bytes).map_err(|error| DocumentError::Utf8(error.valid_up_to()))?;
         Self::parse(text)
+    }
+
+    /// Reads the groups that stand in files of their own, and those of these files in turn. Paths of groups are
+    /// relative to the folder of the document or file that names them.
+    ///
+    /// # Errors
+    /// Names the group, and says what is wrong with its file.
+    pub fn include(&mut self, folder: &Path, files: &dyn FileSource) -> Result<(), IncludeError> {
+        group::include(&mut self.groups, folder, files, &mut Vec::new())
     }
 
     /// The canonical text, which reads back to the same document.

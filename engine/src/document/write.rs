@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use ron::Value;
 
-use super::{Document, FORMAT, Interface, NodeEntry, VERSION, link};
+use super::{Document, FORMAT, Group, Interface, NodeEntry, VERSION, link};
 use crate::param::{float_text, quoted};
 
 pub(super) fn document(document: &Document) -> String {
@@ -12,18 +12,8 @@ pub(super) fn document(document: &Document) -> String {
     out.push_str(&format!("    format: {},\n    version: {VERSION},\n", quoted(FORMAT)));
     out.push_str(&format!("    title: {},\n", quoted(&document.title)));
     out.push_str(&format!("    docs: {},\n", quoted(&document.docs)));
-    interface(&mut out, &document.interface);
-    out.push_str("    nodes: {\n");
-    for (name, entry) in &document.nodes {
-        node(&mut out, name, entry);
-    }
-    out.push_str("    },\n    links: [\n");
-    let mut links = document.links.clone();
-    link::sort(&mut links);
-    for link in &links {
-        out.push_str(&format!("        {},\n", quoted(link)));
-    }
-    out.push_str("    ],\n");
+    graph(&mut out, &document.interface, &document.nodes, &document.links);
+    groups(&mut out, &document.groups);
     if document.editor != Value::Unit {
         out.push_str("    editor: ");
         match &document.editor {
@@ -41,14 +31,54 @@ pub(super) fn document(document: &Document) -> String {
     out
 }
 
+fn graph(out: &mut String, of: &Interface, nodes: &BTreeMap<String, NodeEntry>, links: &[String]) {
+    interface(out, of);
+    out.push_str("    nodes: {\n");
+    for (name, entry) in nodes {
+        node(out, name, entry);
+    }
+    out.push_str("    },\n    links: [\n");
+    let mut links = links.to_vec();
+    link::sort(&mut links);
+    for link in &links {
+        out.push_str(&format!("        {},\n", quoted(link)));
+    }
+    out.push_str("    ],\n");
+}
+
+fn groups(out: &mut String, groups: &BTreeMap<String, Group>) {
+    if groups.is_empty() {
+        return;
+    }
+    out.push_str("    groups: {\n");
+    for (name, group) in groups {
+        out.push_str(&format!("        {}: (\n", quoted(name)));
+        if group.file.is_empty() {
+            let mut text = format!("    docs: {},\n", quoted(&group.docs));
+            graph(&mut text, &group.interface, &group.nodes, &group.links);
+            self::groups(&mut text, &group.groups);
+            // A quoted text has no line breaks, so every line is one of the layout.
+            text.lines().for_each(|line| out.push_str(&format!("        {line}\n")));
+        } else {
+            out.push_str(&format!("            file: {},\n", quoted(&group.file)));
+        }
+        out.push_str("        ),\n");
+    }
+    out.push_str("    },\n");
+}
+
 fn interface(out: &mut String, interface: &Interface) {
     out.push_str("    interface: (\n");
     section(out, "inputs", &interface.inputs, |input| {
+        let reader = (!input.node.is_empty() || !input.param.is_empty())
+            .then(|| format!(", node: {}, param: {}", quoted(&input.node), quoted(&input.param)));
+        let targets: Vec<_> = input.targets.iter().map(|target| quoted(target)).collect();
+        let targets = (!targets.is_empty()).then(|| format!(", targets: [{}]", targets.join(", ")));
         format!(
-            "(type: {}, node: {}, param: {}, docs: {})",
+            "(type: {}{}{}, docs: {})",
             quoted(&input.ty),
-            quoted(&input.node),
-            quoted(&input.param),
+            reader.unwrap_or_default(),
+            targets.unwrap_or_default(),
             quoted(&input.docs)
         )
     });

@@ -1,6 +1,7 @@
 //! The names that a graph offers to somebody who runs it.
 
 use super::Graph;
+use super::expand::ZoneParam;
 use crate::spec::{ParamKind, ParamSpec, ParamValue};
 
 #[derive(Clone)]
@@ -8,7 +9,8 @@ pub(crate) struct Input {
     pub ty: String,
     pub docs: String,
     pub node: usize,
-    pub param: &'static str,
+    /// The file parameter; none where only a value can be given.
+    pub param: Option<&'static str>,
     /// The output of the node that a ready value stands in for.
     pub output: usize,
 }
@@ -23,8 +25,10 @@ pub(crate) struct Output {
 #[derive(Clone)]
 pub(crate) struct Param {
     pub docs: String,
-    /// Node and index of its parameter; at least one.
+    /// Node and index of its parameter; at least one, unless a group or zone takes it.
     pub targets: Vec<(usize, usize)>,
+    /// What it takes, if a group or zone takes it.
+    pub zone: Option<ZoneParam>,
 }
 
 /// An input that a graph takes.
@@ -36,7 +40,7 @@ pub struct InputInfo<'a> {
     pub ty: &'a str,
     /// What to give.
     pub docs: &'a str,
-    /// Extensions that can be read.
+    /// Extensions that can be read; none where only a ready value can be given.
     pub extensions: &'static [&'static str],
     /// The path as it is set now; empty if none.
     pub path: &'a str,
@@ -75,9 +79,12 @@ impl Graph {
     pub fn inputs(&self) -> impl Iterator<Item = InputInfo<'_>> {
         self.inputs.iter().filter_map(|(name, input)| {
             let node = self.nodes.get(input.node)?;
-            let spec = node.ty.spec.params.iter().find(|p| p.name == input.param)?;
+            let Some(param) = input.param else {
+                return Some(InputInfo { name, ty: &input.ty, docs: &input.docs, extensions: &[], path: "" });
+            };
+            let spec = node.ty.spec.params.iter().find(|p| p.name == param)?;
             let ParamKind::File { extensions } = spec.kind else { return None };
-            let path = match node.params.get(input.param) {
+            let path = match node.params.get(param) {
                 Some(ParamValue::Text(path)) => path.as_str(),
                 _ => "",
             };
@@ -103,6 +110,10 @@ impl Graph {
     /// The exposed parameters, by name.
     pub fn params(&self) -> impl Iterator<Item = ParamInfo<'_>> {
         self.params.iter().filter_map(|(name, param)| {
+            if let Some(ZoneParam { spec, value }) = &param.zone {
+                let docs = if param.docs.is_empty() { spec.docs } else { &param.docs };
+                return Some(ParamInfo { name, docs, spec, value });
+            }
             let &(node, index) = param.targets.first()?;
             let node = self.nodes.get(node)?;
             let spec = node.ty.spec.params.get(index)?;

@@ -1,10 +1,12 @@
 //! Checked graphs: every name resolved, every value in range, no cycle.
 
 mod cycle;
+mod expand;
 mod interface;
 mod presence;
 mod problem;
 mod set;
+mod template;
 mod validate;
 
 use std::collections::BTreeMap;
@@ -14,6 +16,7 @@ use std::sync::Arc;
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use crate::document::Document;
+use crate::flow;
 use crate::registry::{NodeType, Registry};
 use crate::spec::{NodeSpec, ParamValue};
 use crate::value::Value;
@@ -36,6 +39,8 @@ pub struct Graph {
     pub(crate) inputs: BTreeMap<String, interface::Input>,
     pub(crate) outputs: BTreeMap<String, interface::Output>,
     pub(crate) params: BTreeMap<String, interface::Param>,
+    /// What the graph is made from again when something changes, if it has groups or zones.
+    template: Option<Arc<template::Template>>,
 }
 
 /// Where a link starts: a node and the index of its output.
@@ -61,6 +66,16 @@ impl GraphNode {
     pub fn is_bound(&self) -> bool {
         self.bound.iter().any(Option::is_some)
     }
+
+    /// Whether only one of its inputs is needed, which depends on another.
+    pub fn is_gate(&self) -> bool {
+        self.ty.spec.id == flow::GATE
+    }
+
+    /// Whether it is part of the machinery of zones, of which nobody wants to hear.
+    pub fn is_machinery(&self) -> bool {
+        [flow::GATE, flow::REQUIRE, flow::VALUE].contains(&self.ty.spec.id)
+    }
 }
 
 impl Graph {
@@ -69,7 +84,15 @@ impl Graph {
     /// # Errors
     /// All problems at once.
     pub fn new(document: &Document, registry: &Registry) -> Result<Self, Problems> {
-        validate::build(document, registry, None)
+        Self::checked(document, registry, None)
+    }
+
+    fn checked(document: &Document, registry: &Registry, folder: Option<&Path>) -> Result<Self, Problems> {
+        if expand::needed(document) {
+            return template::Template::new(document, registry, folder).build();
+        }
+        let flat = validate::Flat { document, registry, types: &BTreeMap::new(), values: &BTreeMap::new() };
+        validate::build(&flat, folder)
     }
 
     /// Checks a document whose relative paths are relative to `folder`. Paths with a scheme, such as
@@ -78,7 +101,7 @@ impl Graph {
     /// # Errors
     /// All problems at once.
     pub fn with_folder(document: &Document, registry: &Registry, folder: &Path) -> Result<Self, Problems> {
-        validate::build(document, registry, Some(folder))
+        Self::checked(document, registry, Some(folder))
     }
 
     /// The heading.

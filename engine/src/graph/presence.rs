@@ -65,11 +65,15 @@ impl Graph {
 
     fn missing_file(&self, index: usize) -> Option<String> {
         let node = &self.nodes[index];
+        if node.ty.spec.id == crate::flow::VALUE {
+            let input = self.inputs.iter().find(|(_, input)| input.node == index);
+            return Some(format!("input `{}` is not given", input.map_or("", |(name, _)| name)));
+        }
         let missing = node.ty.spec.params.iter().find(|param| {
             matches!(param.kind, ParamKind::File { .. })
                 && matches!(node.params.get(param.name), Some(ParamValue::Text(path)) if path.is_empty())
         })?;
-        let input = self.inputs.iter().find(|(_, i)| i.node == index && i.param == missing.name);
+        let input = self.inputs.iter().find(|(_, i)| i.node == index && i.param == Some(missing.name));
         Some(match input {
             Some((name, _)) => format!("input `{name}` is not given"),
             None => format!("no file is given for parameter `{}` of node `{}`", missing.name, node.name),

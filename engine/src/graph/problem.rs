@@ -32,8 +32,10 @@ pub enum ProblemKind {
     TooManyLinks,
     /// A parameter's value that is out of range or of the wrong type.
     BadValue,
-    /// Nodes that wait for each other.
+    /// Nodes that wait for each other, or groups that hold themselves.
     Cycle,
+    /// More nodes than a graph may have.
+    TooLarge,
 }
 
 /// One problem: where it is, what was found and what was expected.

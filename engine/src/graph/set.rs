@@ -1,5 +1,7 @@
 //! Setting parameters and inputs of a checked graph.
 
+use std::sync::Arc;
+
 use super::{Graph, Problem, ProblemKind, Problems};
 use crate::document::split_path;
 use crate::param::Mismatch;
@@ -37,6 +39,25 @@ impl Graph {
             let kind = ProblemKind::UnknownInterface;
             return Err(Problem::unknown(kind, None, "parameter", name, "exposed parameters", known).alone());
         };
+        if let Some(zone) = &param.zone {
+            let check = |value: &ParamValue| zone.spec.kind.check(value);
+            // A list may give one value for each level; what cannot be is told when the graph is made again.
+            let wrong = match value {
+                ParamValue::List(items) if check(value).is_err() => {
+                    items.iter().find_map(|item| check(item).err())
+                }
+                value => check(value).err(),
+            };
+            if let Some(mismatch) = wrong {
+                return Err(Problem::mismatch(None, format!("parameter `{name}`"), mismatch).alone());
+            }
+        }
+        if let Some(template) = &self.template {
+            let overrides =
+                template.targets(name).into_iter().map(|(node, param)| (node, param, value.clone()));
+            *self = template.with(overrides).build()?;
+            return Ok(());
+        }
         let targets = param.targets.clone();
         for (node, index) in targets {
             self.set_param_at(node, index, value, || (None, format!("parameter `{name}`")))?;
@@ -49,6 +70,13 @@ impl Graph {
     /// # Errors
     /// If there is no such parameter, or it does not take the value.
     pub fn set_node_param(&mut self, node: &str, param: &str, value: &ParamValue) -> Result<(), Problems> {
+        if let Some(template) = &self.template {
+            if !template.knows(node, self) {
+                return Err(self.unknown_node(node).alone());
+            }
+            *self = template.with([(node.to_owned(), param.to_owned(), value.clone())]).build()?;
+            return Ok(());
+        }
         let Some(index) = self.index(node) else { return Err(self.unknown_node(node).alone()) };
         let params = &self.nodes[index].ty.spec.params;
         let Some(at) = params.iter().position(|p| p.name == param) else {
@@ -86,8 +114,18 @@ impl Graph {
     /// If there is no such input.
     pub fn set_input(&mut self, name: &str, path: &str) -> Result<(), Problems> {
         let input = self.inputs.get(name).ok_or_else(|| self.unknown_input(name).alone())?.clone();
+        let Some(param) = input.param else {
+            let (found, item) = (format!("the path `{path}`"), format!("input `{name}`"));
+            let expected =
+                format!("a ready value of type {}; no node of the graph reads a file for it", input.ty);
+            return Err(Problem::new(ProblemKind::TypeMismatch, None, item, found, expected).alone());
+        };
+        if let Some(template) = &mut self.template {
+            let value = ParamValue::Text(path.to_owned());
+            Arc::make_mut(template).set_reader(name, param, value);
+        }
         if let Some(node) = self.nodes.get_mut(input.node) {
-            node.params.insert(input.param, ParamValue::Text(path.to_owned()));
+            node.params.insert(param, ParamValue::Text(path.to_owned()));
             node.bound.fill(None);
         }
         Ok(())
@@ -103,6 +141,9 @@ impl Graph {
             let found = format!("a value of type {}", value.type_name());
             let item = format!("input `{name}`");
             return Err(Problem::new(ProblemKind::TypeMismatch, None, item, found, input.ty).alone());
+        }
+        if let Some(template) = &mut self.template {
+            Arc::make_mut(template).bind(name, value.clone());
         }
         if let Some(bound) = self.nodes.get_mut(input.node).and_then(|n| n.bound.get_mut(input.output)) {
             *bound = Some(value);

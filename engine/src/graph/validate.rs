@@ -2,21 +2,31 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use petgraph::algo::toposort;
 use petgraph::graph::{DiGraph, NodeIndex};
 
 use super::{Graph, GraphNode, Problem, ProblemKind, Problems, Source, cycle, interface};
 use crate::document::{Document, InterfaceInput, Link, NodeEntry, is_name, split_path};
-use crate::registry::Registry;
+use crate::files::join;
+use crate::registry::{NodeType, Registry};
 use crate::spec::{Arity, ParamKind, ParamValue};
 
-pub(super) fn build(
-    document: &Document,
-    registry: &Registry,
-    folder: Option<&Path>,
-) -> Result<Graph, Problems> {
-    let mut builder = Builder { document, registry, folder, nodes: BTreeMap::new(), problems: Vec::new() };
+/// A document without groups, and the names that are known.
+pub(super) struct Flat<'a> {
+    pub document: &'a Document,
+    pub registry: &'a Registry,
+    /// Types that are in no registry.
+    pub types: &'a BTreeMap<String, Arc<NodeType>>,
+    /// Nodes that stand for inputs that take a value, by input.
+    pub values: &'a BTreeMap<String, String>,
+}
+
+pub(super) fn build(flat: &Flat<'_>, folder: Option<&Path>) -> Result<Graph, Problems> {
+    let &Flat { document, registry, types, values } = flat;
+    let (nodes, problems) = (BTreeMap::new(), Vec::new());
+    let mut builder = Builder { document, registry, types, values, folder, nodes, problems };
     for (name, entry) in &document.nodes {
         builder.node(name, entry);
     }
@@ -35,6 +45,7 @@ pub(super) fn build(
         inputs: BTreeMap::new(),
         outputs: BTreeMap::new(),
         params: BTreeMap::new(),
+        template: None,
     };
     builder.interface(&mut graph, &indices);
     graph.nodes = builder.nodes.into_values().map(|draft| draft.node).collect();
@@ -44,6 +55,8 @@ pub(super) fn build(
 struct Builder<'a> {
     document: &'a Document,
     registry: &'a Registry,
+    types: &'a BTreeMap<String, Arc<NodeType>>,
+    values: &'a BTreeMap<String, String>,
     folder: Option<&'a Path>,
     /// Nodes of known types.
     nodes: BTreeMap<&'a str, Draft>,
@@ -62,11 +75,12 @@ impl<'a> Builder<'a> {
     }
 
     fn node(&mut self, name: &'a str, entry: &NodeEntry) {
-        if !is_name(name) {
+        // Only machinery that a user cannot name, and what it is expanded from is checked already, has other names.
+        if !is_name(name) && !name.contains(['/', '=']) {
             let expected = "letters, digits, `_` and `-`";
             self.report(Problem::new(ProblemKind::BadName, None, "node name", format!("`{name}`"), expected));
         }
-        let Some(ty) = self.registry.node(&entry.ty) else {
+        let Some(ty) = self.registry.node(&entry.ty).or_else(|| self.types.get(&entry.ty)) else {
             let known = self.registry.nodes().map(|t| t.spec.id);
             let kind = ProblemKind::UnknownType;
             self.report(Problem::unknown(kind, Some(name), "type", &entry.ty, "node types", known));
@@ -124,10 +138,8 @@ impl<'a> Builder<'a> {
     /// A path of the document, made relative to the document's folder.
     fn located(&self, kind: &ParamKind, value: ParamValue) -> ParamValue {
         match (kind, &value, self.folder) {
-            (ParamKind::File { .. }, ParamValue::Text(path), Some(folder))
-                if !path.is_empty() && !has_scheme(path) && Path::new(path).is_relative() =>
-            {
-                ParamValue::Text(folder.join(path).to_string_lossy().into_owned())
+            (ParamKind::File { .. }, ParamValue::Text(path), Some(folder)) => {
+                ParamValue::Text(join(folder, path))
             }
             _ => value,
         }
@@ -279,7 +291,7 @@ impl<'a> Builder<'a> {
             }
             if !targets.is_empty() {
                 let docs = param.docs.clone();
-                graph.params.insert(name.clone(), interface::Param { docs, targets });
+                graph.params.insert(name.clone(), interface::Param { docs, targets, zone: None });
             }
         }
     }
@@ -291,6 +303,11 @@ impl<'a> Builder<'a> {
         indices: &BTreeMap<&str, usize>,
     ) -> Option<interface::Input> {
         let item = format!("interface input `{name}`");
+        if let Some(node) = self.values.get(name) {
+            let node = *indices.get(node.as_str())?;
+            let (ty, docs) = (input.ty.clone(), input.docs.clone());
+            return Some(interface::Input { ty, docs, node, param: None, output: 0 });
+        }
         let spec = &self.interface_node(&item, &input.node)?.node.ty.clone().spec;
         let files = || spec.params.iter().filter(|p| matches!(p.kind, ParamKind::File { .. }));
         let node = Some(input.node.as_str());
@@ -311,7 +328,7 @@ impl<'a> Builder<'a> {
             ty: input.ty.clone(),
             docs: input.docs.clone(),
             node: *indices.get(input.node.as_str())?,
-            param: param?.name,
+            param: Some(param?.name),
             output: output?,
         })
     }
@@ -345,6 +362,7 @@ impl<'a> Builder<'a> {
         match default.map(|value| spec.kind.check(value)) {
             Some(Ok(value)) => {
                 let value = self.located(&spec.kind, value);
+                // A value for all targets beats what their nodes say.
                 if let Some(draft) = self.nodes.get_mut(node) {
                     draft.node.params.insert(spec.name, value);
                 }
@@ -363,11 +381,4 @@ impl<'a> Builder<'a> {
         }
         self.nodes.get(node)
     }
-}
-
-/// Whether a path has a scheme such as `builtin:`. One letter is a Windows drive.
-fn has_scheme(path: &str) -> bool {
-    path.split_once(':').is_some_and(|(scheme, _)| {
-        scheme.len() > 1 && scheme.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-'))
-    })
 }

@@ -96,7 +96,7 @@ pub(crate) fn explain(shared: &Shared, graph: &Graph, outputs: &[&str]) -> Resul
         failures.push((node, format!("it needs node `{}`, which fails", graph.nodes[culprit].name)));
     }
     let estimates = estimates(&state);
-    for &node in &state.region {
+    for &node in state.region.iter().filter(|&&node| !graph.nodes[node].is_machinery()) {
         let known = &state.nodes[node];
         let graph_node = &graph.nodes[node];
         let forecast = match demands[node].action {

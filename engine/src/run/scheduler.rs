@@ -124,6 +124,10 @@ impl Scheduler<'_> {
         (self.order.on_event)(&event);
     }
 
+    fn is_machinery(&self, node: usize) -> bool {
+        self.order.graph.nodes[node].is_machinery()
+    }
+
     fn name(&self, node: usize) -> String {
         self.order.graph.nodes[node].name.clone()
     }
@@ -264,7 +268,7 @@ impl Scheduler<'_> {
             return true;
         }
         let value = |source: &Source| self.state.nodes[source.node].held[source.output].clone();
-        let inputs = self.state.presence.sources[node].iter();
+        let inputs = self.state.linked(node);
         let task = Task {
             shared: Arc::clone(self.order.shared),
             graph: Arc::clone(self.order.graph),
@@ -277,8 +281,10 @@ impl Scheduler<'_> {
             check: self.order.checked.then(|| self.state.nodes[node].expected.clone()),
             sender: self.sender.clone(),
         };
-        let node_type = self.order.graph.nodes[node].ty.spec.id.to_owned();
-        self.emit(Event::NodeStarted { node: self.name(node), node_type, device: Device::Cpu });
+        if !self.is_machinery(node) {
+            let node_type = self.order.graph.nodes[node].ty.spec.id.to_owned();
+            self.emit(Event::NodeStarted { node: self.name(node), node_type, device: Device::Cpu });
+        }
         self.state.nodes[node].status = Status::Busy;
         self.busy += 1;
         self.pending += 1;
@@ -342,14 +348,16 @@ impl Scheduler<'_> {
                     // The task goes on with writing, and is pending until that is done.
                     Ok((record, values)) => {
                         self.state.nodes[node].told = true;
-                        self.result.computed += 1;
-                        self.emit(Event::NodeFinished {
-                            node: self.name(node),
-                            seconds,
-                            bytes: record.bytes(),
-                            summary: record.summary(),
-                            device: Device::Cpu,
-                        });
+                        if !self.is_machinery(node) {
+                            self.result.computed += 1;
+                            self.emit(Event::NodeFinished {
+                                node: self.name(node),
+                                seconds,
+                                bytes: record.bytes(),
+                                summary: record.summary(),
+                                device: Device::Cpu,
+                            });
+                        }
                         if self.state.set_outputs(node, record, &values) {
                             let message = "the same inputs gave another result than before; \
                                            was the node changed without raising its version?";
@@ -428,7 +436,7 @@ impl Scheduler<'_> {
     }
 
     fn tell_cached(&mut self, node: usize, from: CacheLevel) {
-        if std::mem::replace(&mut self.state.nodes[node].told, true) {
+        if std::mem::replace(&mut self.state.nodes[node].told, true) || self.is_machinery(node) {
             return;
         }
         let Some(record) = self.state.nodes[node].record.clone() else { return };

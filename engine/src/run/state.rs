@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use super::files::{FileState, Files};
 use crate::cache::{Cache, OutputRecord, Record};
+use crate::flow::Flag;
 use crate::graph::{Graph, Presence, Source};
 use crate::keys::{Key, node_key};
 use crate::spec::{ParamKind, ParamValue};
-use crate::value::Value;
+use crate::value::{Data, Value};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Status {
@@ -105,9 +106,31 @@ impl<'a> RunState<'a> {
         Self { graph, presence, region, targets, nodes, files: Files::default(), checked }
     }
 
-    /// The links into a node whose values there are.
+    /// The links into a node whose values it needs, as far as that is known.
     pub fn sources(&self, node: usize) -> impl Iterator<Item = Source> {
-        self.presence.sources[node].iter().flatten().copied()
+        self.linked(node).flatten().copied()
+    }
+
+    /// For every input of a node the links whose values it needs, as far as that is known. A gate first needs to know
+    /// which value to take, then that value alone: what leads to the other is never computed.
+    pub fn linked(&self, node: usize) -> impl Iterator<Item = &[Source]> {
+        let sources = &self.presence.sources[node];
+        let only = self.graph.nodes[node].is_gate().then(|| match self.stopped(node) {
+            None => 0,
+            Some(true) => 1,
+            Some(false) => 2,
+        });
+        let needed = move |socket: usize| only.is_none_or(|only| only == socket);
+        sources.iter().enumerate().map(move |(i, links)| if needed(i) { &links[..] } else { &[] })
+    }
+
+    /// Whether the zone of a gate had stopped, once that is known.
+    fn stopped(&self, gate: usize) -> Option<bool> {
+        let Some(stop) = self.presence.sources[gate].first().and_then(|links| links.first()) else {
+            return Some(false);
+        };
+        let record = self.nodes[stop.node].record.as_ref()?;
+        Some(record.outputs.get(stop.output)?.digest == Flag(true).digest())
     }
 
     /// The file parameters of a node and their paths.
@@ -160,8 +183,10 @@ impl<'a> RunState<'a> {
             let record = self.nodes[source.node].record.as_ref()?;
             Some(record.outputs.get(source.output)?.digest)
         };
-        let sources = &self.presence.sources[node];
-        let inputs = sources.iter().map(|links| links.iter().map(digest).collect::<Option<Vec<_>>>());
+        if self.graph.nodes[node].is_gate() && self.stopped(node).is_none() {
+            return None;
+        }
+        let inputs = self.linked(node).map(|links| links.iter().map(digest).collect::<Option<Vec<_>>>());
         let inputs = inputs.collect::<Option<Vec<_>>>()?;
         Some(node_key(&self.graph.nodes[node], &files, &inputs))
     }

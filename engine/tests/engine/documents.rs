@@ -58,6 +58,7 @@ fn interface() -> impl Strategy<Value = Interface> {
         docs,
         node,
         param,
+        targets: Vec::new(),
     }));
     let outputs = map(texts().prop_map(|(docs, node, socket)| InterfaceOutput { docs, node, socket }));
     let targets = prop::collection::vec(any::<String>(), 0..3);
@@ -79,7 +80,7 @@ prop_compose! {
         links in prop::collection::vec(link(), 0..6),
         editor in ron_value(),
     ) -> Document {
-        Document { title, docs, interface, nodes, links, editor }
+        Document { title, docs, interface, nodes, links, editor, groups: BTreeMap::new() }
     }
 }
 

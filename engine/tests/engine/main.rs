@@ -12,3 +12,4 @@ mod processes;
 mod sharing;
 mod support;
 mod validating;
+mod zones;

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{Duration, Instant};
 
+use breccia_engine::flow::Flag;
 use breccia_engine::{
     Context, Data, Digest, Node, NodeError, NodeSpec, ParamKind, ParamValue, Registry, TypeInfo,
 };
@@ -209,6 +210,18 @@ pub fn registry() -> Registry {
             },
         ),
         Tiny(
+            || {
+                spec("test.below")
+                    .input("in", "number", "A number.")
+                    .int("limit", -1000..=1000, 3, "count", "What to be below.")
+                    .output("out", "flag", "Whether the number is below the limit.")
+            },
+            |c| {
+                c.set("out", Flag(input(c, "in")? < c.int("limit")?));
+                Ok(())
+            },
+        ),
+        Tiny(
             || value(spec("test.impure")).output("out", "number", "Another one each time."),
             |c| {
                 c.set("out", Number(CALLS.fetch_add(1, Ordering::Relaxed)));
@@ -218,6 +231,8 @@ pub fn registry() -> Registry {
     ];
     let mut registry = Registry::default();
     registry.add_nodes(nodes.map(|node| Box::new(node) as Box<dyn Node>));
+    registry.add_nodes(breccia_engine::flow::nodes());
+    registry.add_types(breccia_engine::flow::types());
     registry.add_types([TypeInfo::of::<Number>(), TypeInfo::of::<Opaque>()]);
     registry
 }
