@@ -49,7 +49,8 @@ const PRESETS: &[Preset] = presets![
     "pbr_mesh",
     "wood_views",
     "cut_mesh",
-    "compare_volume"
+    "compare_volume",
+    "optimize_volume"
 ];
 
 const ASSETS: &[Asset] = assets![

@@ -10,7 +10,9 @@ pub mod io;
 pub mod lazy;
 pub mod measure;
 pub mod mesh;
+pub mod optimize;
 pub mod render;
+pub mod search;
 pub mod solid;
 
 use breccia_engine::Registry;
@@ -22,10 +24,14 @@ pub fn registry() -> Registry {
     registry.add_nodes(breccia_engine::flow::nodes());
     registry.add_types(data::types());
     registry.add_types(lazy::types());
+    registry.add_types(search::types());
+    registry.add_types(optimize::types());
     for nodes in [
         io::nodes(),
         exemplar::nodes(),
         lazy::nodes(),
+        search::nodes(),
+        optimize::nodes(),
         solid::nodes(),
         mesh::nodes(),
         measure::nodes(),

@@ -149,7 +149,7 @@ impl Components {
 /// Eigenvalues and eigenvectors (as columns) of a symmetric matrix by cyclic Jacobi rotations (Golub & Van
 /// Loan, section 8.5). Only additions, multiplications, divisions and square roots in a fixed order, so the
 /// result is the same bits on every machine, which a library with run-time dispatch does not promise.
-fn eigen(mut a: Vec<f64>, n: usize) -> (Vec<f64>, Vec<f64>) {
+pub(crate) fn eigen(mut a: Vec<f64>, n: usize) -> (Vec<f64>, Vec<f64>) {
     let mut v = vec![0.0; n * n];
     (0..n).for_each(|i| v[i * n + i] = 1.0);
     for _ in 0..30 {

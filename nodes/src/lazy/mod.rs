@@ -25,7 +25,7 @@ mod nearest;
 mod oracle;
 mod pyramid;
 mod pyramid_node;
-mod random;
+pub(crate) mod random;
 mod schedule;
 mod similarity;
 mod slab;
@@ -40,6 +40,7 @@ mod usage_node;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub(crate) use basis::eigen;
 pub use basis::{Basis, DIMS, Descriptor, LevelBases};
 pub use candidates::{CandidateSettings, Candidates, SET as CANDIDATES, Triple, make_candidates};
 pub use dependency::{Dependency, dependency};

@@ -13,6 +13,7 @@ mod memory;
 pub(crate) mod params;
 mod plane;
 mod procedural;
+mod shape;
 mod slice;
 mod statistics;
 mod to_volume;
@@ -23,6 +24,7 @@ pub use dense::{NotASolid, Repeat, VolumeSolid};
 pub use memory::available_memory;
 pub use plane::{Filter, Plane, PlaneError, slice};
 pub use procedural::{CheckerSolid, ConstantSolid, evaluate_by};
+pub use shape::{Shape, ShapeSolid};
 
 use breccia_engine::Node;
 
@@ -32,6 +34,7 @@ pub fn nodes() -> Vec<Box<dyn Node>> {
         Box::new(from_volume::FromVolume),
         Box::new(constant::Constant),
         Box::new(checker::Checker),
+        Box::new(shape::ShapeNode),
         Box::new(to_volume::ToVolume),
         Box::new(slice::Slice),
         Box::new(statistics::Statistics),

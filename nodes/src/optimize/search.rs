@@ -1,0 +1,212 @@
+//! The search phase (Chen & Wang 2010, section 4.3) with index histogram matching (section 4.4.2).
+
+use rayon::prelude::*;
+
+use super::coherence::{Direction, RowMatches, match_row};
+use super::control_map::ControlMap;
+use super::field::Field;
+use super::matches::{DirectionMatches, Matches};
+use super::phases::{Columns, PHASES, phase};
+use crate::control::{Cancelled, Control, check};
+use crate::lazy::{Isa, LevelView, Pixel, available_instruction_sets};
+use crate::search::{PatchTable, Patches, SimilarSets};
+
+/// Which neighbourhoods are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Those that continue a voxel of the window, and for the voxels near its centre their similarity sets.
+    Coherent,
+    /// All.
+    Exhaustive,
+}
+
+/// How matches are searched.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SearchSettings {
+    /// Which neighbourhoods are compared.
+    pub method: Method,
+    /// Voxels from the centre of the window whose similarity sets are proposed, whole; others propose only what continues them.
+    pub reach: i32,
+    /// How strongly neighbourhoods that are matched too often are avoided: 0 is not at all.
+    pub index: f64,
+    /// Which directions are matched.
+    pub directions: [bool; 3],
+    /// The order of rows.
+    pub seed: u64,
+}
+
+const PURPOSE: u32 = 0x5ea7_c401;
+
+/// For each voxel and direction the nearest neighbourhood of the exemplar. The distance is multiplied by
+/// `1 + index · max(0, H/φ − 1)` (equations 5 and 6, with H relative to the even share φ, so that one strength suits all sizes).
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn search(
+    field: &Field,
+    patches: &Patches,
+    sets: Option<&SimilarSets>,
+    phi: Option<&ControlMap>,
+    settings: &SearchSettings,
+    control: &dyn Control,
+) -> Result<Matches, Cancelled> {
+    let isa = available_instruction_sets().last().copied().unwrap_or(Isa::Portable);
+    search_with(isa, field, patches, sets, phi, settings, control)
+}
+
+pub(super) fn search_with(
+    isa: Isa,
+    field: &Field,
+    patches: &Patches,
+    sets: Option<&SimilarSets>,
+    phi: Option<&ControlMap>,
+    settings: &SearchSettings,
+    control: &dyn Control,
+) -> Result<Matches, Cancelled> {
+    let [width, height, depth] = field.size;
+    let voxels = field.voxels();
+    let columns = Columns::new(width);
+    let all: Vec<_> = patches
+        .views
+        .iter()
+        .map(|view| {
+            (settings.method == Method::Exhaustive).then(|| {
+                let (width, height, tileable) = (view.width, view.height, view.tileable);
+                let level = LevelView { width, height, tileable, texels: Vec::new() };
+                let centres = patches.window().pixels_of(&level);
+                let vectors: Vec<&[i16]> =
+                    centres.iter().map(|&p| view.coefficients(level.index(p))).collect();
+                let table = PatchTable::new(vectors.into_iter(), view.dims);
+                (centres, table)
+            })
+        })
+        .collect();
+    let mut directions = <[DirectionMatches; 3]>::default();
+    for (direction, wanted) in directions.iter_mut().zip(settings.directions) {
+        let count = if wanted { voxels } else { 0 };
+        *direction = DirectionMatches { pixels: vec![0; count], codes: vec![0; count] };
+    }
+    let mut usage = IndexUsage::new(field, patches, settings);
+    let mut phases: Vec<Vec<Row<'_>>> = (0..PHASES).map(|_| Vec::new()).collect();
+    {
+        let mut parts = directions.iter_mut().map(|direction| {
+            let pixels = direction.pixels.chunks_exact_mut(width);
+            pixels.zip(direction.codes.chunks_exact_mut(width))
+        });
+        let (mut a, mut b, mut c) = (parts.next(), parts.next(), parts.next());
+        for z in 0..depth {
+            for y in 0..height {
+                let rows = [&mut a, &mut b, &mut c].map(|part| part.as_mut().and_then(Iterator::next));
+                let rows = rows.map(|row| row.map(|(pixels, codes)| RowMatches { pixels, codes }));
+                phases[phase(settings.seed, PURPOSE, y, z)].push(Row { y, z, directions: rows });
+            }
+        }
+    }
+    for (p, mut rows) in phases.into_iter().enumerate() {
+        check(control)?;
+        control.progress(p as f32 / PHASES as f32);
+        let weights = usage.weights(phi, settings.index);
+        rows.par_iter_mut().try_for_each(|row| {
+            for (direction, out) in row.directions.iter_mut().enumerate() {
+                check(control)?;
+                let Some(out) = out else { continue };
+                let view = patches.view(direction);
+                let search = Direction {
+                    direction,
+                    field,
+                    patches,
+                    sets,
+                    method: settings.method,
+                    reach: settings.reach,
+                    isa,
+                    columns: &columns,
+                    all: all[view].as_ref(),
+                    weights: &weights[view],
+                };
+                match_row(&search, row.y, row.z, out);
+            }
+            Ok(())
+        })?;
+        for row in &rows {
+            for (direction, out) in row.directions.iter().enumerate() {
+                if let Some(out) = out {
+                    usage.add(patches.view(direction), out.pixels);
+                }
+            }
+        }
+    }
+    Ok(Matches { size: field.size, level: field.level, window: patches.window(), directions })
+}
+
+struct Row<'a> {
+    y: usize,
+    z: usize,
+    directions: [Option<RowMatches<'a>>; 3],
+}
+
+/// How often each pixel has been matched: in this sweep so far, and for the rest as in the last one.
+struct IndexUsage<'a> {
+    before: &'a [Vec<u32>],
+    now: Vec<Vec<u32>>,
+    done: Vec<u64>,
+    total: Vec<u64>,
+    widths: Vec<i32>,
+    centres: Vec<u64>,
+}
+
+impl<'a> IndexUsage<'a> {
+    fn new(field: &'a Field, patches: &Patches, settings: &SearchSettings) -> Self {
+        let views = patches.views.len();
+        let mut total = vec![0; views];
+        for (direction, _) in settings.directions.iter().enumerate().filter(|(_, wanted)| **wanted) {
+            total[patches.view(direction)] += field.voxels() as u64;
+        }
+        let window = patches.window();
+        let centres = patches.views.iter().map(|view| {
+            let edge = |n: i32| if view.tileable { n } else { n - window.size + 1 };
+            (edge(view.width) as u64 * edge(view.height) as u64).max(1)
+        });
+        let fits = field.index.len() == views
+            && field.index.iter().zip(&patches.views).all(|(i, v)| i.len() == (v.width * v.height) as usize);
+        Self {
+            before: if fits { &field.index } else { &[] },
+            now: patches.views.iter().map(|view| vec![0; (view.width * view.height) as usize]).collect(),
+            done: vec![0; views],
+            total,
+            widths: patches.views.iter().map(|view| view.width).collect(),
+            centres: centres.collect(),
+        }
+    }
+
+    fn add(&mut self, view: usize, pixels: &[Pixel]) {
+        let width = self.widths[view] as usize;
+        for &pixel in pixels {
+            self.now[view][usize::from(pixel >> 8) * width + usize::from(pixel & 255)] += 1;
+        }
+        self.done[view] += pixels.len() as u64;
+    }
+
+    /// For each view and pixel how much farther it counts, times 256.
+    fn weights(&self, phi: Option<&ControlMap>, strength: f64) -> Vec<Vec<u32>> {
+        let weigh = |view: usize| {
+            let rest = 1.0 - self.done[view] as f64 / self.total[view].max(1) as f64;
+            let before: &[u32] = self.before.get(view).map_or(&[], |before| before);
+            let sum: u64 = before.iter().map(|&n| u64::from(n)).sum();
+            // What the last sweep says of the rows to come, as if it had had as many.
+            let share = if sum > 0 { rest * self.total[view] as f64 / sum as f64 } else { 0.0 };
+            let mass = self.done[view] as f64 + share * sum as f64;
+            let even = mass / self.centres[view] as f64;
+            let count = self.now[view].len();
+            (0..count)
+                .map(|i| {
+                    let h =
+                        f64::from(self.now[view][i]) + share * f64::from(before.get(i).copied().unwrap_or(0));
+                    let wanted = phi.map_or(1.0, |phi| phi.at(view, i));
+                    let excess = if even > 0.0 { (h / (even * wanted) - 1.0).max(0.0) } else { 0.0 };
+                    (256.0 * (1.0 + strength * excess)).min(16_777_216.0) as u32
+                })
+                .collect()
+        };
+        (0..self.now.len()).map(weigh).collect()
+    }
+}

@@ -1,0 +1,196 @@
+//! Similarity sets: for every pixel those whose neighbourhoods are most like its own (Tong et al. 2002; Chen & Wang 2010,
+//! section 4.3).
+
+use breccia_engine::{Data, Digest};
+use rayon::prelude::*;
+
+use super::nearest::PatchTable;
+use super::patches::Patches;
+use crate::control::{Cancelled, Control, check};
+use crate::data::{Reader, Writer};
+use crate::lazy::{Isa, Pixel, available_instruction_sets};
+
+/// The similarity sets of all views at one level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimilarSets {
+    /// Pixels in a set.
+    pub k: usize,
+    /// For each view and pixel, row by row, its set: the pixel itself (or the nearest centre) first, then the others by
+    /// distance.
+    pub views: Vec<Vec<Pixel>>,
+}
+
+/// The exact sets by distance of coefficients. Members lie at least `spread` pixels apart along columns or rows; ties
+/// go to the first pixel. A set that runs out of pixels repeats its last.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn similar_sets(
+    patches: &Patches,
+    k: usize,
+    spread: i32,
+    control: &dyn Control,
+) -> Result<SimilarSets, Cancelled> {
+    let isa = available_instruction_sets().last().copied().unwrap_or(Isa::Portable);
+    let mut views = Vec::new();
+    for view in &patches.views {
+        let level = crate::lazy::LevelView {
+            width: view.width,
+            height: view.height,
+            tileable: view.tileable,
+            texels: Vec::new(),
+        };
+        let window = patches.window();
+        let centres = window.pixels_of(&level);
+        let table = PatchTable::new(
+            centres.iter().map(|&p| view.coefficients(level.index(p))).collect::<Vec<_>>().into_iter(),
+            view.dims,
+        );
+        // So many of the nearest can be too close to members taken before.
+        let crowd = (2 * spread - 1).pow(2) as usize;
+        let keep = (k * crowd).max(2 * k).min(centres.len());
+        let rows: Vec<Vec<Pixel>> = (0..view.height)
+            .into_par_iter()
+            .map(|y| {
+                check(control)?;
+                let (mut distances, mut nearest) = (Vec::new(), Vec::new());
+                let mut sets = Vec::with_capacity(view.width as usize * k);
+                for x in 0..view.width {
+                    let own = window.centre(&level, x, y);
+                    table.distances(view.coefficients(level.index(own)), &mut distances, isa);
+                    smallest(&distances[..centres.len()], keep, &mut nearest);
+                    let start = sets.len();
+                    sets.push(own);
+                    for &(_, i) in &nearest {
+                        let other = centres[i as usize];
+                        if sets.len() - start < k
+                            && sets[start..]
+                                .iter()
+                                .all(|&member| apart(&level, member, other) >= spread.max(1))
+                        {
+                            sets.push(other);
+                        }
+                    }
+                    let last = sets.last().copied().unwrap_or(own);
+                    sets.resize(start + k, last);
+                }
+                Ok(sets)
+            })
+            .collect::<Result<_, Cancelled>>()?;
+        views.push(rows.concat());
+    }
+    Ok(SimilarSets { k, views })
+}
+
+/// The `count` smallest distances with their indices, smallest first, ties to the first.
+fn smallest(distances: &[u32], count: usize, out: &mut Vec<(u32, u32)>) {
+    out.clear();
+    let mut worst = u32::MAX;
+    // A buffer of twice the count is cut in half whenever it is full: most distances are then passed over by one comparison.
+    for (i, &distance) in distances.iter().enumerate() {
+        if distance < worst {
+            out.push((distance, i as u32));
+            if out.len() >= 2 * count + 16 {
+                out.select_nth_unstable(count - 1);
+                out.truncate(count);
+                worst = out.iter().map(|o| o.0).max().unwrap_or(u32::MAX);
+            }
+        }
+    }
+    out.sort_unstable();
+    out.truncate(count);
+}
+
+/// The larger of the distances along columns and rows, around the edges if the picture continues there.
+fn apart(view: &crate::lazy::LevelView, a: Pixel, b: Pixel) -> i32 {
+    let along = |a: Pixel, b: Pixel, n: i32| {
+        let d = (i32::from(a) - i32::from(b)).abs();
+        if view.tileable { d.min(n - d) } else { d }
+    };
+    along(a & 255, b & 255, view.width).max(along(a >> 8, b >> 8, view.height))
+}
+
+impl Data for SimilarSets {
+    const TYPE: &'static str = "similar_sets";
+    const DOCS: &'static str =
+        "For every exemplar pixel those with the most similar neighbourhoods, at one level.";
+
+    fn byte_size(&self) -> u64 {
+        self.views.iter().map(|view| view.len() as u64 * 2).sum()
+    }
+
+    fn summary(&self) -> String {
+        let count: usize = self.views.iter().map(Vec::len).sum();
+        format!("{} sets of {}", count / self.k.max(1), self.k)
+    }
+
+    fn digest(&self) -> Digest {
+        Digest::of(&self.encode().unwrap_or_default())
+    }
+
+    fn encode(&self) -> Option<Vec<u8>> {
+        let mut out = Writer::new();
+        out.u64(self.k as u64).u64(self.views.len() as u64);
+        self.views.iter().for_each(|view| {
+            out.array(view);
+        });
+        Some(out.finish())
+    }
+
+    fn decode(bytes: &[u8]) -> Result<Self, String> {
+        let mut reader = Reader::new(bytes);
+        let (k, views) = (reader.u64()? as usize, reader.u64()?);
+        let mut sets = Self { k, views: Vec::new() };
+        for _ in 0..views {
+            let view: Vec<Pixel> = reader.array()?;
+            if k == 0 || view.len() % k != 0 {
+                return Err("there are no whole sets".to_owned());
+            }
+            sets.views.push(view);
+        }
+        reader.end()?;
+        Ok(sets)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lazy::{LevelView, Pyramid};
+    use crate::search::{Keep, Window, patch_basis, patches};
+
+    #[test]
+    fn sets_are_those_of_a_full_sort() {
+        let texels = (0..400i32)
+            .map(|i| {
+                let h = i.wrapping_mul(668_265_263) as u32;
+                [(h >> 11) as u8, (h >> 17) as u8, (h >> 23) as u8, 7]
+            })
+            .collect();
+        let pyramid =
+            Pyramid { levels: vec![vec![LevelView { width: 20, height: 20, tileable: false, texels }]] };
+        let window = Window { size: 4 };
+        let basis = patch_basis(&pyramid, 0, window, Keep { dims: 16, variance: 1.0 }, &()).unwrap();
+        let patches = patches(&pyramid, &basis, &()).unwrap();
+        let sets = similar_sets(&patches, 5, 1, &()).unwrap();
+        let view = &pyramid.levels[0][0];
+        let centres = window.pixels_of(view);
+        let of = |p: Pixel| patches.views[0].coefficients(view.index(p));
+        for (i, set) in sets.views[0].chunks_exact(5).enumerate() {
+            let own = window.centre(view, i as i32 % 20, i as i32 / 20);
+            let gap = |p: Pixel| {
+                of(own).iter().zip(of(p)).map(|(a, b)| (i64::from(*a) - i64::from(*b)).pow(2)).sum::<i64>()
+            };
+            let mut order = centres.clone();
+            order.sort_by_key(|&p| (gap(p), p));
+            assert_eq!(set[0], own);
+            let expected: Vec<i64> = order.iter().filter(|&&p| p != own).take(4).map(|&p| gap(p)).collect();
+            let found: Vec<i64> = set[1..].iter().map(|&p| gap(p)).collect();
+            assert_eq!(found, expected);
+        }
+        let far = similar_sets(&patches, 5, 3, &()).unwrap();
+        for set in far.views[0].chunks_exact(5) {
+            assert!((0..5).all(|i| (0..i).all(|j| apart(view, set[i], set[j]) >= 3)), "{set:?}");
+        }
+    }
+}
