@@ -6,7 +6,7 @@
 //! makes matches from a field, [`solve`](solve::solve) a field from matches, in turn; [`start`](start::start) makes the first
 //! field of a level. Directions and exemplars are oriented as in [`crate::lazy`]: cyclically.
 //!
-//! Rows of voxels are updated in 64 phases, by a hash of their place. Histograms stand still within a phase and are
+//! Voxels are updated in 64 phases, by a hash of their place. Histograms stand still within a phase and are
 //! brought up to date, as integers, between phases. So they are seldom out of date, and the result does not
 //! depend on the number of threads.
 

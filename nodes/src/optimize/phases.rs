@@ -1,51 +1,105 @@
-//! The order in which rows are updated: 64 phases by a hash of the row's place.
+//! The order in which voxels are updated: 64 phases by a hash of their place, so that histograms are brought up to date between
+//! voxels that lie anywhere. Longer runs of one phase would show as streaks, since all of them see the same histograms.
+
+use rayon::prelude::*;
 
 use crate::lazy::random::hash;
 
 /// Phases of a sweep.
 pub const PHASES: usize = 64;
+/// Voxels that a thread takes at once.
+pub const PORTION: usize = 128;
 
-/// The phase of a row of voxels along x.
-pub fn phase(seed: u64, purpose: u32, y: usize, z: usize) -> usize {
-    hash(seed, purpose, [0, y as i32, z as i32]) as usize % PHASES
+/// Edge of the bricks in whose order voxels are taken.
+const BRICK: usize = 16;
+
+/// The voxels of a box, phase by phase, brick by brick within each.
+pub struct Phases {
+    voxels: Vec<u32>,
+    starts: Vec<usize>,
 }
 
-/// Where a window's voxels lie, seen from a row: for each the start of its row, and the shift along x.
-#[derive(Clone, Copy)]
-pub struct Place {
-    /// Index of the first voxel of the row.
-    pub row: usize,
-    /// Voxels further along x.
-    pub shift: i32,
-}
-
-/// The place of a voxel `along` columns and `across` rows of a direction's exemplar away from those of row (y, z).
-pub fn place(size: [usize; 3], direction: usize, y: usize, z: usize, along: i32, across: i32) -> Place {
-    let mut at = [0, y as i32, z as i32];
-    at[(direction + 1) % 3] += along;
-    at[(direction + 2) % 3] += across;
-    let [_, ny, nz] = size.map(|n| n as i32);
-    let (y, z) = (at[1].rem_euclid(ny) as usize, at[2].rem_euclid(nz) as usize);
-    Place { row: (z * size[1] + y) * size[0], shift: at[0] }
-}
-
-/// The farthest shift.
-const REACH: i32 = 32;
-
-/// Columns around the edges: where `x + shift` lies in a row that repeats.
-pub struct Columns(Vec<u32>);
-
-impl Columns {
-    /// For rows of that many voxels.
-    pub fn new(width: usize) -> Self {
-        let n = width as i32;
-        Self((-REACH..n + REACH).map(|x| x.rem_euclid(n) as u32).collect())
+impl Phases {
+    /// The phases of a sweep; every sweep has others.
+    pub fn new(size: [usize; 3], seed: u64, purpose: u32, sweep: u32) -> Self {
+        let [width, height, depth] = size;
+        let count = width * height * depth;
+        let purpose = purpose.wrapping_add(sweep.wrapping_mul(0x9e37_79b1));
+        let mut phases = vec![0u8; count];
+        phases.par_chunks_mut(width).enumerate().for_each(|(row, phases)| {
+            let (y, z) = ((row % height) as i32, (row / height) as i32);
+            for (x, phase) in phases.iter_mut().enumerate() {
+                *phase = (hash(seed, purpose, [x as i32, y, z]) % PHASES as u32) as u8;
+            }
+        });
+        let mut starts = vec![0; PHASES + 1];
+        phases.iter().for_each(|&phase| starts[usize::from(phase) + 1] += 1);
+        for phase in 0..PHASES {
+            starts[phase + 1] += starts[phase];
+        }
+        let mut next = starts.clone();
+        let mut voxels = vec![0; count];
+        // Brick by brick, so that voxels that share surroundings follow each other.
+        let bricks = |n: usize| (0..n).step_by(BRICK).map(move |start| start..(start + BRICK).min(n));
+        for zs in bricks(depth) {
+            for ys in bricks(height) {
+                for xs in bricks(width) {
+                    for z in zs.clone() {
+                        for y in ys.clone() {
+                            let row = (z * height + y) * width;
+                            for i in row + xs.start..row + xs.end {
+                                let slot = &mut next[usize::from(phases[i])];
+                                voxels[*slot] = i as u32;
+                                *slot += 1;
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        Self { voxels, starts }
     }
 
-    /// The index of a voxel of a place.
+    /// The voxels of each phase.
+    pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        self.starts.windows(2).map(|ends| &self.voxels[ends[0]..ends[1]])
+    }
+}
+
+/// The farthest that a window reaches.
+const REACH: usize = 32;
+
+/// Indices of the voxels around a voxel of a box that repeats.
+pub struct Around {
+    size: [usize; 3],
+    /// For each axis and coordinate, from [`REACH`] before the box to as many behind it, its share of the index.
+    axes: [Vec<u32>; 3],
+}
+
+impl Around {
+    /// For a box of this size.
+    pub fn new(size: [usize; 3]) -> Self {
+        let strides = [1, size[0], size[0] * size[1]];
+        let axes = std::array::from_fn(|a| {
+            let n = size[a] as i32;
+            let share = |x: i32| x.rem_euclid(n) as u32 * strides[a] as u32;
+            (-(REACH as i32)..n + REACH as i32).map(share).collect()
+        });
+        Self { size, axes }
+    }
+
+    /// The surroundings of a voxel in the plane of a direction's exemplar: what the voxel's place along the direction adds to
+    /// an index, and what the places from `before` before to `after` after it along columns and rows add.
     #[inline(always)]
-    pub fn at(&self, place: Place, x: usize) -> usize {
-        place.row + self.0[(x as i32 + place.shift + REACH) as usize] as usize
+    pub fn plane(&self, voxel: usize, direction: usize, before: i32, size: i32) -> (u32, &[u32], &[u32]) {
+        let [width, height, _] = self.size;
+        let at = [voxel % width, voxel / width % height, voxel / (width * height)];
+        let (c, r) = ((direction + 1) % 3, (direction + 2) % 3);
+        let part = |axis: usize| {
+            let start = at[axis] + REACH - before as usize;
+            &self.axes[axis][start..start + size as usize]
+        };
+        (self.axes[direction][at[direction] + REACH], part(c), part(r))
     }
 }
 
@@ -54,22 +108,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_follow_the_cyclic_order_and_wrap() {
+    fn planes_follow_the_cyclic_order_and_wrap() {
         let size = [5, 6, 7];
-        let columns = Columns::new(5);
+        let around = Around::new(size);
         let index = |x: usize, y: usize, z: usize| (z * 6 + y) * 5 + x;
+        let at = |voxel, direction, (along, across): (i32, i32)| {
+            let (own, columns, rows) = around.plane(voxel, direction, 4, 9);
+            (own + columns[(along + 4) as usize] + rows[(across + 4) as usize]) as usize
+        };
         // Direction x: columns along y, rows along z.
-        assert_eq!(columns.at(place(size, 0, 5, 0, 1, -1), 3), index(3, 0, 6));
+        assert_eq!(at(index(3, 5, 0), 0, (1, -1)), index(3, 0, 6));
         // Direction y: columns along z, rows along x.
-        assert_eq!(columns.at(place(size, 1, 2, 6, 1, 3), 3), index(1, 2, 0));
+        assert_eq!(at(index(3, 2, 6), 1, (1, 3)), index(1, 2, 0));
         // Direction z: columns along x, rows along y.
-        assert_eq!(columns.at(place(size, 2, 0, 3, -4, -1), 2), index(3, 5, 3));
+        assert_eq!(at(index(2, 0, 3), 2, (-4, -1)), index(3, 5, 3));
     }
 
     #[test]
-    fn every_phase_has_rows() {
-        let mut counts = [0; PHASES];
-        (0..64).for_each(|z| (0..64).for_each(|y| counts[phase(1, 7, y, z)] += 1));
-        assert!(counts.iter().all(|&n| (30..110).contains(&n)), "{counts:?}");
+    fn every_voxel_has_one_phase_and_every_phase_voxels() {
+        let phases = Phases::new([16, 20, 30], 5, 7, 2);
+        let mut seen = vec![0; 16 * 20 * 30];
+        for voxels in phases.iter() {
+            assert!((90..220).contains(&voxels.len()));
+            voxels.iter().for_each(|&v| seen[v as usize] += 1);
+        }
+        assert!(seen.iter().all(|&n| n == 1));
     }
 }

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::coherence::{Direction, RowMatches, match_row};
+use super::coherence::{Direction, Match, match_voxels};
 use super::control_map::ControlMap;
 use super::field::Field;
 use super::matches::{DirectionMatches, Matches};
-use super::phases::{Columns, PHASES, phase};
+use super::phases::{Around, PHASES, PORTION, Phases};
 use crate::control::{Cancelled, Control, check};
 use crate::lazy::{Isa, LevelView, Pixel, available_instruction_sets};
 use crate::search::{PatchTable, Patches, SimilarSets};
@@ -31,8 +31,10 @@ pub struct SearchSettings {
     pub index: f64,
     /// Which directions are matched.
     pub directions: [bool; 3],
-    /// The order of rows.
+    /// The order of updates.
     pub seed: u64,
+    /// The number of the sweep; each has an order of its own.
+    pub sweep: u32,
 }
 
 const PURPOSE: u32 = 0x5ea7_c401;
@@ -63,9 +65,9 @@ pub(super) fn search_with(
     settings: &SearchSettings,
     control: &dyn Control,
 ) -> Result<Matches, Cancelled> {
-    let [width, height, depth] = field.size;
     let voxels = field.voxels();
-    let columns = Columns::new(width);
+    let around = Around::new(field.size);
+    let phases = Phases::new(field.size, settings.seed, PURPOSE, settings.sweep);
     let all: Vec<_> = patches
         .views
         .iter()
@@ -87,61 +89,43 @@ pub(super) fn search_with(
         *direction = DirectionMatches { pixels: vec![0; count], codes: vec![0; count] };
     }
     let mut usage = IndexUsage::new(field, patches, settings);
-    let mut phases: Vec<Vec<Row<'_>>> = (0..PHASES).map(|_| Vec::new()).collect();
-    {
-        let mut parts = directions.iter_mut().map(|direction| {
-            let pixels = direction.pixels.chunks_exact_mut(width);
-            pixels.zip(direction.codes.chunks_exact_mut(width))
-        });
-        let (mut a, mut b, mut c) = (parts.next(), parts.next(), parts.next());
-        for z in 0..depth {
-            for y in 0..height {
-                let rows = [&mut a, &mut b, &mut c].map(|part| part.as_mut().and_then(Iterator::next));
-                let rows = rows.map(|row| row.map(|(pixels, codes)| RowMatches { pixels, codes }));
-                phases[phase(settings.seed, PURPOSE, y, z)].push(Row { y, z, directions: rows });
-            }
-        }
-    }
-    for (p, mut rows) in phases.into_iter().enumerate() {
+    let mut found: Vec<Match> = Vec::new();
+    for (p, voxels) in phases.iter().enumerate() {
         check(control)?;
         control.progress(p as f32 / PHASES as f32);
         let weights = usage.weights(phi, settings.index);
-        rows.par_iter_mut().try_for_each(|row| {
-            for (direction, out) in row.directions.iter_mut().enumerate() {
-                check(control)?;
-                let Some(out) = out else { continue };
-                let view = patches.view(direction);
-                let search = Direction {
-                    direction,
-                    field,
-                    patches,
-                    sets,
-                    method: settings.method,
-                    reach: settings.reach,
-                    isa,
-                    columns: &columns,
-                    all: all[view].as_ref(),
-                    weights: &weights[view],
-                };
-                match_row(&search, row.y, row.z, out);
-            }
-            Ok(())
-        })?;
-        for row in &rows {
-            for (direction, out) in row.directions.iter().enumerate() {
-                if let Some(out) = out {
-                    usage.add(patches.view(direction), out.pixels);
-                }
+        for (direction, matched) in directions.iter_mut().enumerate().filter(|(d, _)| settings.directions[*d])
+        {
+            let view = patches.view(direction);
+            let search = Direction {
+                direction,
+                field,
+                patches,
+                sets,
+                method: settings.method,
+                reach: settings.reach,
+                isa,
+                around: &around,
+                all: all[view].as_ref(),
+                weights: &weights[view],
+            };
+            found.clear();
+            found.resize(voxels.len(), (0, 0));
+            found.par_chunks_mut(PORTION).zip(voxels.par_chunks(PORTION)).try_for_each(
+                |(found, voxels)| {
+                    check(control)?;
+                    match_voxels(&search, voxels, found);
+                    Ok(())
+                },
+            )?;
+            for (&voxel, &(pixel, code)) in voxels.iter().zip(&found) {
+                matched.pixels[voxel as usize] = pixel;
+                matched.codes[voxel as usize] = code;
+                usage.add(view, pixel);
             }
         }
     }
     Ok(Matches { size: field.size, level: field.level, window: patches.window(), directions })
-}
-
-struct Row<'a> {
-    y: usize,
-    z: usize,
-    directions: [Option<RowMatches<'a>>; 3],
 }
 
 /// How often each pixel has been matched: in this sweep so far, and for the rest as in the last one.
@@ -178,12 +162,10 @@ impl<'a> IndexUsage<'a> {
         }
     }
 
-    fn add(&mut self, view: usize, pixels: &[Pixel]) {
+    fn add(&mut self, view: usize, pixel: Pixel) {
         let width = self.widths[view] as usize;
-        for &pixel in pixels {
-            self.now[view][usize::from(pixel >> 8) * width + usize::from(pixel & 255)] += 1;
-        }
-        self.done[view] += pixels.len() as u64;
+        self.now[view][usize::from(pixel >> 8) * width + usize::from(pixel & 255)] += 1;
+        self.done[view] += 1;
     }
 
     /// For each view and pixel how much farther it counts, times 256.

@@ -48,7 +48,7 @@ impl Node for SearchNode {
         .float(
             "index",
             0.0..=1000.0,
-            1.0,
+            8.0,
             "1",
             "Strength of index histogram matching: the squared distance is multiplied by 1 + index · max(0, H/φ − 1), H/φ \
              being how often a neighbourhood is matched compared to an even share. 0 turns it off.",
@@ -56,7 +56,8 @@ impl Node for SearchNode {
         .flag("x", true, "Whether slices across x are to look like the exemplar.")
         .flag("y", true, "Whether slices across y are to look like the exemplar.")
         .flag("z", true, "Whether slices across z are to look like the exemplar.")
-        .int("seed", 0..=i64::MAX, 1, "count", "The order in which rows are updated.")
+        .int("seed", 0..=i64::MAX, 1, "count", "The order in which voxels are updated.")
+        .int("sweep", 0..=i64::from(u32::MAX), 0, "count", "The number of the sweep; each has an order of its own.")
     }
 
     fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
@@ -78,6 +79,7 @@ impl Node for SearchNode {
             index: context.float("index")?,
             directions: [context.flag("x")?, context.flag("y")?, context.flag("z")?],
             seed: context.int("seed")? as u64,
+            sweep: context.int("sweep")? as u32,
         };
         if settings.directions == [false; 3] {
             return Err(NodeError::Failed(

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::control_map::ControlMap;
 use super::field::Field;
 use super::matches::{CODES, Matches, decode};
-use super::phases::{Columns, PHASES, Place, phase, place};
+use super::phases::{Around, PHASES, PORTION, Phases};
 use super::weights::{Usage, WeightSettings};
 use crate::control::{Cancelled, Control, check};
 use crate::lazy::{LevelView, Pixel};
@@ -28,8 +28,10 @@ pub struct SolveSettings {
     pub gamma: f64,
     /// How texels that are used too often are held back.
     pub weights: WeightSettings,
-    /// The order of rows.
+    /// The order of updates.
     pub seed: u64,
+    /// The number of the sweep; each has an order of its own.
+    pub sweep: u32,
 }
 
 const PURPOSE: u32 = 0x501e_e002;
@@ -107,9 +109,10 @@ pub fn solve(
     };
     let mut tables: Vec<Padded> = views.iter().map(|view| Padded::new(view, matches.window.size)).collect();
     let distance_weights = distance_weights(settings.gamma);
-    let columns = Columns::new(width);
-    let mut phases = rows_by_phase(&mut field, settings.seed);
-    for (p, rows) in phases.iter_mut().enumerate() {
+    let around = Around::new(matches.size);
+    let phases = Phases::new(matches.size, settings.seed, PURPOSE, settings.sweep);
+    let mut solved: Vec<Solved> = Vec::new();
+    for (p, voxels) in phases.iter().enumerate() {
         check(control)?;
         control.progress(p as f32 / PHASES as f32);
         for (v, table) in tables.iter_mut().enumerate() {
@@ -119,54 +122,40 @@ pub fn solve(
             matches,
             tables: &tables,
             distance_weights: &distance_weights,
-            columns: &columns,
+            around: &around,
             solver: settings.solver,
         };
-        rows.par_iter_mut().try_for_each(|row| {
+        solved.clear();
+        solved.resize(voxels.len(), Solved::default());
+        solved.par_chunks_mut(PORTION).zip(voxels.par_chunks(PORTION)).try_for_each(|(solved, voxels)| {
             check(control)?;
-            solve_row(&job, row);
+            solve_voxels(&job, voxels, solved);
             Ok(())
         })?;
-        for row in rows {
-            let start = (row.z * height + row.y) * width;
-            for x in 0..width {
-                if let Some(before) = before {
-                    let view = before.view_of(start + x);
-                    usage.remove(views, view, before.sources[view][start + x], before.colors[start + x]);
-                }
-                let view = row.chosen.get(x).map_or(0, |&view| usize::from(view));
-                usage.add(views, view, row.sources[view][x], row.colors[x]);
+        for (&voxel, solved) in voxels.iter().zip(&solved) {
+            let voxel = voxel as usize;
+            if let Some(before) = before {
+                let view = before.view_of(voxel);
+                usage.remove(views, view, before.sources[view][voxel], before.colors[voxel]);
+            }
+            let view = usize::from(solved.chosen);
+            usage.add(views, view, solved.sources[view], solved.color);
+            field.colors[voxel] = solved.color;
+            field.sources.iter_mut().zip(solved.sources).for_each(|(to, source)| to[voxel] = source);
+            if let Some(to) = field.chosen.get_mut(voxel) {
+                *to = solved.chosen;
             }
         }
     }
-    drop(phases);
     Ok(field)
 }
 
-/// A row of the field.
-struct Row<'a> {
-    y: usize,
-    z: usize,
-    colors: &'a mut [[u8; 4]],
-    sources: Vec<&'a mut [Pixel]>,
-    chosen: &'a mut [u8],
-}
-
-fn rows_by_phase(field: &mut Field, seed: u64) -> Vec<Vec<Row<'_>>> {
-    let [width, height, depth] = field.size;
-    let mut phases: Vec<Vec<Row<'_>>> = (0..PHASES).map(|_| Vec::new()).collect();
-    let mut colors = field.colors.chunks_exact_mut(width);
-    let mut chosen = field.chosen.chunks_exact_mut(width);
-    let mut sources: Vec<_> = field.sources.iter_mut().map(|s| s.chunks_exact_mut(width)).collect();
-    for z in 0..depth {
-        for y in 0..height {
-            let Some(colors) = colors.next() else { continue };
-            let sources = sources.iter_mut().filter_map(Iterator::next).collect();
-            let chosen = chosen.next().unwrap_or_default();
-            phases[phase(seed, PURPOSE, y, z)].push(Row { y, z, colors, sources, chosen });
-        }
-    }
-    phases
+/// What a voxel becomes.
+#[derive(Clone, Copy, Default)]
+struct Solved {
+    color: [u8; 4],
+    sources: [Pixel; 3],
+    chosen: u8,
 }
 
 /// For each code of a distance the weight r^(γ − 2) of a match.
@@ -192,78 +181,71 @@ struct Job<'a> {
     matches: &'a Matches,
     tables: &'a [Padded],
     distance_weights: &'a [f32],
-    columns: &'a Columns,
+    around: &'a Around,
     solver: Solver,
 }
 
-/// A window's texel that overlaps at the voxels of a row.
-struct Overlap {
-    direction: usize,
-    view: usize,
-    /// Where the matched neighbourhood's centre lies.
-    place: Place,
-    /// From the centre's texel to the overlapping one, in the padded view.
-    offset: usize,
-}
-
-fn solve_row(job: &Job<'_>, row: &mut Row<'_>) {
-    let matches = job.matches;
-    let mut overlaps = Vec::new();
-    for (direction, matched) in matches.directions.iter().enumerate() {
-        if matched.pixels.is_empty() {
-            continue;
-        }
-        let view = direction.min(job.tables.len() - 1);
-        let table = &job.tables[view];
-        for (c, r) in matches.window.offsets() {
-            let place = place(matches.size, direction, row.y, row.z, -c, -r);
-            let offset = (r + table.margin) as usize * table.pitch + (c + table.margin) as usize;
-            overlaps.push(Overlap { direction, view, place, offset });
-        }
-    }
-    let mut at = vec![0u32; overlaps.len()];
-    for x in 0..row.colors.len() {
+// Plain loops: this is where the solver spends its time.
+fn solve_voxels(job: &Job<'_>, voxels: &[u32], out: &mut [Solved]) {
+    let Job { matches, tables, .. } = *job;
+    let window = matches.window;
+    // The window around a matched voxel covers this one if that voxel lies within the mirrored window.
+    let (before, size) = (window.after(), window.size);
+    let directions: Vec<usize> = (0..3).filter(|&d| !matches.directions[d].pixels.is_empty()).collect();
+    let mut overlaps: Vec<(u32, u32)> = Vec::with_capacity(3 * window.pixels());
+    for (&voxel, out) in voxels.iter().zip(out) {
+        let voxel = voxel as usize;
         let mut sums = [0.0f32; 4];
         let mut total = 0.0f32;
-        for (overlap, at) in overlaps.iter().zip(&mut at) {
-            let voxel = job.columns.at(overlap.place, x);
-            let matched = &matches.directions[overlap.direction];
-            let pixel = usize::from(matched.pixels[voxel]);
-            let table = &job.tables[overlap.view];
-            let index = (pixel >> 8) * table.pitch + (pixel & 255) + overlap.offset;
-            let texel = table.texels[index];
-            let weight = job.distance_weights[usize::from(matched.codes[voxel]) & (CODES - 1)] * texel.weight;
-            for (sum, channel) in sums.iter_mut().zip(texel.color) {
-                *sum += weight * f32::from(channel);
+        overlaps.clear();
+        for &direction in &directions {
+            let matched = &matches.directions[direction];
+            let view = direction.min(tables.len() - 1);
+            let table = &tables[view];
+            let (own, columns, rows) = job.around.plane(voxel, direction, before, size);
+            for (r, &row) in rows.iter().enumerate() {
+                // The texel lies as far after the match's centre as the voxel lies after the matched one.
+                let line = (before - r as i32 + table.margin) as usize * table.pitch;
+                for (c, &column) in columns.iter().enumerate() {
+                    let at = (own + row + column) as usize;
+                    let pixel = usize::from(matched.pixels[at]);
+                    let offset = line + (before - c as i32 + table.margin) as usize;
+                    let index = (pixel >> 8) * table.pitch + (pixel & 255) + offset;
+                    let texel = table.texels[index];
+                    let weight =
+                        job.distance_weights[usize::from(matched.codes[at]) & (CODES - 1)] * texel.weight;
+                    for (sum, channel) in sums.iter_mut().zip(texel.color) {
+                        *sum += weight * f32::from(channel);
+                    }
+                    total += weight;
+                    overlaps.push((view as u32, index as u32));
+                }
             }
-            total += weight;
-            *at = index as u32;
         }
         let mean = sums.map(|sum| if total > 0.0 { sum / total } else { 0.0 });
         let mut best = [(f32::INFINITY, 0usize); 3];
-        for (overlap, &at) in overlaps.iter().zip(&at) {
-            let color = job.tables[overlap.view].texels[at as usize].color;
+        for &(view, index) in &overlaps {
+            let (view, index) = (view as usize, index as usize);
+            let color = tables[view].texels[index].color;
             let mut gap = 0.0;
             for (channel, mean) in color.into_iter().zip(mean) {
                 let difference = f32::from(channel) - mean;
                 gap += difference * difference;
             }
-            if gap < best[overlap.view].0 {
-                best[overlap.view] = (gap, at as usize);
+            if gap < best[view].0 {
+                best[view] = (gap, index);
             }
         }
         let mut chosen = 0;
-        for view in 0..job.tables.len() {
-            row.sources[view][x] = job.tables[view].sources[best[view].1];
+        for view in 0..tables.len() {
+            out.sources[view] = tables[view].sources[best[view].1];
             if best[view].0 < best[chosen].0 {
                 chosen = view;
             }
         }
-        if let Some(to) = row.chosen.get_mut(x) {
-            *to = chosen as u8;
-        }
-        row.colors[x] = match job.solver {
-            Solver::Discrete => job.tables[chosen].texels[best[chosen].1].color,
+        out.chosen = chosen as u8;
+        out.color = match job.solver {
+            Solver::Discrete => tables[chosen].texels[best[chosen].1].color,
             Solver::Mean => mean.map(|m| (m + 0.5) as u8),
         };
     }

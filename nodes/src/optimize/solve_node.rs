@@ -52,16 +52,17 @@ impl Node for SolveNode {
             "1",
             "Strength of position histogram matching: weights are divided by 1 + position · max(0, H/θ − 1). 0 turns it off.",
         )
-        .int("smoothing", 0..=16, 2, "pixels", "Radius of the square over which the position histogram is averaged.")
+        .int("smoothing", 0..=16, 0, "pixels", "Radius of the square over which the position histogram is averaged.")
         .float(
             "color",
             0.0..=1e6,
-            480.0,
+            5000.0,
             "1",
             "Strength of colour histogram matching: weights are divided by 1 + color · Σ max(0, H_s − H_e), shares of 16 bins a \
              channel. 0 turns it off.",
         )
-        .int("seed", 0..=i64::MAX, 1, "count", "The order in which rows are updated.")
+        .int("seed", 0..=i64::MAX, 1, "count", "The order in which voxels are updated.")
+        .int("sweep", 0..=i64::from(u32::MAX), 0, "count", "The number of the sweep; each has an order of its own.")
     }
 
     fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
@@ -95,6 +96,7 @@ impl Node for SolveNode {
                 color: context.float("color")?,
             },
             seed: context.int("seed")? as u64,
+            sweep: context.int("sweep")? as u32,
         };
         let theta = control_map(context, "theta", matches.level)?;
         let field = solve(&matches, views, before.as_deref(), theta.as_ref(), &settings, context)?;

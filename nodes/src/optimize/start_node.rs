@@ -104,7 +104,7 @@ impl Node for StartNode {
             }
             let fine = upsample(&matches, size, views, window);
             let weights = WeightSettings { position: 0.0, smoothing: 0, color: 0.0 };
-            let settings = SolveSettings { solver: Solver::Discrete, gamma: 0.8, weights, seed };
+            let settings = SolveSettings { solver: Solver::Discrete, gamma: 0.8, weights, seed, sweep: 0 };
             field = solve(&fine, views, None, None, &settings, context)?;
         } else if let Some(solid) = context.optional::<SolidValue>("solid")? {
             let step = 1i32 << level;
