@@ -30,12 +30,12 @@ fn a_synthesised_volume_resembles_its_exemplar_more_than_a_flat_one() {
     place.write("flat.npy", npy(|_| [120, 110, 110]));
     place.write("striped.npy", npy(|i| [if i % 24 % 4 < 2 { 200 } else { 20 }; 3]));
     let made = "builtin:granite/volume_32.nrrd";
-    assert!(measure(&place, made, "color_kl") < 0.1);
-    assert!(measure(&place, "flat.npy", "color_kl") > 1.0);
-    assert!(measure(&place, "flat.npy", "flat") > 5.0 * measure(&place, made, "flat"));
-    assert!(measure(&place, "striped.npy", "repetition") > 0.5);
-    assert!(measure(&place, made, "repetition") < 0.3);
-    assert!(measure(&place, "striped.npy", "orientation_kl") > 0.5);
+    assert!(measure(&place, made, "axis_color_kl") < 0.1);
+    assert!(measure(&place, "flat.npy", "axis_color_kl") > 1.0);
+    assert!(measure(&place, "flat.npy", "axis_flat") > 5.0 * measure(&place, made, "axis_flat"));
+    assert!(measure(&place, "striped.npy", "axis_repetition") > 0.5);
+    assert!(measure(&place, made, "axis_repetition") < 0.3);
+    assert!(measure(&place, "striped.npy", "axis_orientation_kl") > 0.5);
 }
 
 #[test]
@@ -43,7 +43,9 @@ fn the_measures_are_printed_to_be_read() {
     let place = Place::new();
     let answer = place.breccia(&[&["compare"], &EXEMPLAR[..], &["builtin:granite/volume_32.nrrd"]].concat());
     answer.expect(0, &[]);
-    assert!(answer.stdout.lines().any(|line| line.starts_with("coverage") && line.ends_with("1 is good")));
+    assert!(
+        answer.stdout.lines().any(|line| line.starts_with("axis_coverage") && line.contains("good from 0.8"))
+    );
     assert_eq!(place.files(), [""; 0]);
 }
 

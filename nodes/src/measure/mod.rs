@@ -3,17 +3,29 @@
 mod colors;
 mod compare;
 mod contrast;
+mod copies;
 mod correlation;
+mod curves;
+mod cuts;
 mod flat;
+mod laplacian;
+mod likeness;
+mod matches;
+mod nearest;
 mod orientation;
 mod patches;
 mod quality;
+mod random;
 mod structure;
+mod table;
 mod views;
+mod wasserstein;
 
 pub use colors::color_divergence;
-pub use compare::{MeasureError, Quality, QualitySettings, measure_quality};
-pub use structure::Structure;
+pub use compare::{MeasureError, QualitySettings, measure_quality, measure_views};
+pub use curves::LikenessCurves;
+pub use likeness::{Likeness, Quality};
+pub use table::quality_report;
 
 use breccia_engine::Node;
 

@@ -375,7 +375,7 @@ fn reports_are_tables() {
     report.row("kept, in all", 12.0, "").row("say \"mean\"", f64::NAN, "levels");
     assert_eq!(
         report_csv(&report),
-        "name,value,unit\r\n\"kept, in all\",12,\r\n\"say \"\"mean\"\"\",NaN,levels\r\n"
+        "name,value,unit,reference,low,high\r\n\"kept, in all\",12,,,,\r\n\"say \"\"mean\"\"\",NaN,levels,,,\r\n"
     );
     assert_eq!(report_text(&report), "candidates\nkept, in all   12\nsay \"mean\"    NaN  levels\n");
     let folder = tempfile::tempdir().unwrap();
