@@ -4,8 +4,9 @@ use super::color_divergence;
 use super::contrast::Variation;
 use super::copies::{Places, mean_copy};
 use super::curves::{LikenessCurves, histogram};
-use super::cuts::{Cuts, oblique_edge};
+use super::cuts::{Cuts, oblique_edge, turned_squares};
 use super::likeness::{Likeness, Quality};
+use super::matches::Matches;
 use super::nearest::{Found, Sampler};
 use super::random::Random;
 use super::structure::{Structure, axis_structure, mean_structure, oblique_structure};
@@ -48,7 +49,7 @@ pub enum MeasureError {
     )]
     Volume(usize, usize, usize),
     /// The volume has no colours.
-    #[error("the volume has no map `color` that fits its size, only {0}")]
+    #[error("the volume has no map `color` (or `value`, if it is grey) that fits its size, only {0}")]
     NoColor(String),
     /// A sample is no number.
     #[error("{0} holds a sample that is not finite")]
@@ -72,6 +73,9 @@ const SMALLEST: usize = 16;
 
 /// The largest square that is looked for in copies.
 const LONGEST_COPY: usize = 32;
+
+/// Turned squares of an exemplar that oblique cuts are held to.
+const TURNS: usize = 32;
 
 /// Added to both sides of ratios of Wasserstein distances, which are in standard deviations.
 const WASSERSTEIN_FLOOR: f64 = 0.02;
@@ -148,12 +152,13 @@ fn read_views(exemplars: &[&Image]) -> Result<Vec<Pixels>, MeasureError> {
     if views.is_empty() { Err(MeasureError::Exemplar(0, 0)) } else { Ok(views) }
 }
 
-fn read_voxels(volume: &Volume) -> Result<Voxels, MeasureError> {
+pub(super) fn read_voxels(volume: &Volume) -> Result<Voxels, MeasureError> {
     let [x, y, z] = volume.size;
     if volume.size.iter().any(|&n| n < SMALLEST) {
         return Err(MeasureError::Volume(x, y, z));
     }
-    let color = volume.map("color");
+    // A grey volume has its levels in `value`.
+    let color = volume.map("color").or_else(|| volume.map("value").filter(|map| map.channels == 1));
     let voxels = color.and_then(|color| Voxels::of(volume, color));
     if color.is_some_and(|color| not_finite(&color.samples)) {
         return Err(MeasureError::NotFinite("the map `color`"));
@@ -245,7 +250,14 @@ impl Scene<'_> {
         };
         let own = average(&self.views.iter().flat_map(Pixels::splits).map(own).collect::<Vec<_>>());
         fill(&mut quality.axis, average(&[0, 1, 2].map(axis)));
-        fill(&mut quality.oblique, Variation::of(&self.cuts.oblique).ratios(&Variation::of(self.views)));
+        // Nearest voxels of turned cuts are sharper at edges and less sharp within: so is the exemplar when turned.
+        let turned = self.views.iter().enumerate().flat_map(|(i, view)| {
+            let whole = [0, 0, view.width, view.height];
+            let edge = oblique_edge(view.width.min(view.height));
+            turned_squares(view, &[whole], edge, TURNS, (self.random, 10 + i as u64))
+        });
+        let turned = Variation::of(&turned.collect::<Vec<_>>());
+        fill(&mut quality.oblique, Variation::of(&self.cuts.oblique).ratios(&turned));
         fill(&mut quality.axis_own, own);
         fill(&mut quality.oblique_own, own);
     }
@@ -332,14 +344,13 @@ impl Scene<'_> {
             all.add(&found);
             self.control.progress(0.6 + 0.1 * axis as f32);
         }
-        let own = sampler.own();
-        let fill = |to: &mut Likeness, found: &Found| {
+        let fill = |to: &mut Likeness, found: &Found, own: &Matches| {
             to.distance = found.distance(own);
-            to.completeness = found.completeness(own);
-            [to.coverage, to.source_entropy] = sampler.sources(found);
+            to.completeness = found.completeness(sampler.own());
+            [to.coverage, to.source_entropy] = sampler.sources(found, own);
         };
-        fill(&mut quality.axis, &all);
-        fill(&mut quality.oblique, &sampler.oblique()?);
+        fill(&mut quality.axis, &all, sampler.own());
+        fill(&mut quality.oblique, &sampler.oblique()?, sampler.own_turned());
         for to in [&mut quality.axis_own, &mut quality.oblique_own] {
             (to.distance, to.completeness, to.coverage, to.source_entropy) = (1.0, 1.0, 1.0, 1.0);
         }

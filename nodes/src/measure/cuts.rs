@@ -79,6 +79,42 @@ fn cut(voxels: &Voxels, plane: &Plane) -> Pixels {
     Pixels { width: edge, height: edge, data: (0..edge * edge).map(pixel).collect() }
 }
 
+/// The slices through the middle across x, y and z, and squares across three oblique directions.
+pub(super) fn middle_cuts(voxels: &Voxels) -> Vec<Pixels> {
+    let slices = (0..3).map(|axis| voxels.slice(axis, voxels.size[axis] / 2));
+    let middle = voxels.size.map(|n| n as f64 / 2.0);
+    let normals = [[1.0, 1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 2.0, -1.0]].into_iter();
+    let planes = normals.filter_map(|normal| Plane::new(middle, normal, 0.0, 1.0).ok());
+    slices.chain(planes.map(|plane| cut(voxels, &plane))).collect()
+}
+
+/// Squares of a picture at random places and angles, of the nearest pixels: what rotation alone does to it. A square of `edge`
+/// pixels must fit into `area` (x, y, width, height) at any angle.
+pub(super) fn turned_squares(
+    picture: &Pixels,
+    areas: &[[usize; 4]],
+    edge: usize,
+    count: usize,
+    (random, key): (Random, u64),
+) -> Vec<Pixels> {
+    let half = edge as f64 * std::f64::consts::FRAC_1_SQRT_2;
+    let square = |i: usize| {
+        let number = |k| random.fraction([44 + key, i as u64, k]);
+        let [x, y, w, h] = areas[random.below(areas.len().max(1), [44 + key, i as u64, 3])];
+        let center = [[x, w], [y, h]].map(|[from, n]| (from as f64 + half, (n as f64 - 2.0 * half).max(0.0)));
+        let center = [center[0].0 + center[0].1 * number(0), center[1].0 + center[1].1 * number(1)];
+        let (sin, cos) = libm::sincos(2.0 * std::f64::consts::PI * number(2));
+        let pixel = |k: usize| {
+            let [u, v] = [k % edge, k / edge].map(|c| c as f64 + 0.5 - edge as f64 / 2.0);
+            let (column, row) = (center[0] + u * cos - v * sin, center[1] + u * sin + v * cos);
+            let inside = |at: f64, from: usize, n: usize| (at.max(0.0) as usize).clamp(from, from + n - 1);
+            picture.get(inside(column, x, w), inside(row, y, h))
+        };
+        Pixels { width: edge, height: edge, data: (0..edge * edge).map(pixel).collect() }
+    };
+    (0..if areas.is_empty() { 0 } else { count }).map(square).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -97,6 +133,21 @@ mod tests {
             (0..3).for_each(|c| tilts[c] += plane.right[c].powi(2) / 200.0);
         }
         assert!(tilts.iter().all(|t| (t - 1.0 / 3.0).abs() < 0.08), "{tilts:?}");
+    }
+
+    #[test]
+    fn turned_squares_stay_in_their_areas() {
+        let data = (0..40 * 30).map(|i| [(i % 40) as u8, (i / 40) as u8, 0]).collect();
+        let picture = Pixels { width: 40, height: 30, data };
+        let squares = turned_squares(&picture, &[[20, 15, 20, 15]], 10, 50, (Random(1), 0));
+        let pixels = squares.iter().flat_map(|square| &square.data);
+        assert!(pixels.clone().all(|[x, y, _]| *x >= 20 && *y >= 15) && pixels.count() == 5000);
+        // Steps are as long as a pixel on average.
+        let steps = squares.iter().map(|s| {
+            let [a, b] = [s.get(0, 0), s.get(9, 0)].map(|p| [f64::from(p[0]), f64::from(p[1])]);
+            libm::hypot(a[0] - b[0], a[1] - b[1]) / 9.0
+        });
+        assert!((steps.sum::<f64>() / 50.0 - 1.0).abs() < 0.05);
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! Nearest neighbourhoods both ways: from slices to the exemplar, and from the exemplar to slices.
 
-use super::cuts::oblique_plane;
+use super::cuts::{oblique_plane, turned_squares};
 use super::matches::{Matches, draw, halves};
 use super::patches::{EDGE, Patch, PatchSet, patch};
 use super::random::Random;
-use super::views::{Pixels, Voxels, in_plane};
+use super::views::{PAIRS, Pixels, Voxels, in_plane};
 use crate::control::{Cancelled, Control};
 
 /// A grey level's fraction added to both sides of ratios, so that exemplars without detail divide too.
@@ -42,6 +42,8 @@ pub(super) struct Sampler<'a> {
     /// For each exemplar, what its halves find in each other.
     own: Vec<Matches>,
     all_own: Matches,
+    /// What the halves find in each other when one is turned, nearest pixels: the same that is done to oblique cuts.
+    turned: Matches,
     samples: usize,
     random: Random,
     control: &'a dyn Control,
@@ -57,7 +59,7 @@ impl<'a> Sampler<'a> {
         control: &'a dyn Control,
     ) -> Result<Self, Cancelled> {
         let halves: Vec<_> = views.iter().map(halves).collect();
-        let (mut own, mut all_own) = (Vec::new(), Matches::default());
+        let (mut own, mut all_own, mut turned) = (Vec::new(), Matches::default(), Matches::default());
         for (view, halves) in halves.iter().enumerate() {
             // As many hits in all as slices have, so that what chance does to shares is the same.
             let count = samples / views.len();
@@ -65,11 +67,18 @@ impl<'a> Sampler<'a> {
             for (to, from) in [(0, 1), (1, 0)] {
                 let patches = draw(&halves[from], count, [20 + to as u64, view as u64], random);
                 matches.add(&Matches::within(&[(view, &halves[to])], &patches, control)?);
+                let picture = &views[view];
+                let (w, h) = (picture.width / 2, picture.height / 2);
+                let areas = PAIRS[0][from].map(|quadrant| [quadrant % 2 * w, quadrant / 2 * h, w, h]);
+                let key = (random, 20 + 2 * view as u64 + from as u64);
+                let squares = turned_squares(picture, &areas, EDGE, count, key);
+                let patches: Vec<_> = squares.iter().map(|square| patch(|x, y| square.get(x, y))).collect();
+                turned.add(&Matches::within(&[(view, &halves[to])], &patches, control)?);
             }
             all_own.add(&matches);
             own.push(matches);
         }
-        Ok(Self { voxels, halves, own, all_own, samples, random, control })
+        Ok(Self { voxels, halves, own, all_own, turned, samples, random, control })
     }
 
     fn view(&self, axis: usize) -> usize {
@@ -84,6 +93,11 @@ impl<'a> Sampler<'a> {
     /// What the halves of all exemplars find in each other.
     pub fn own(&self) -> &Matches {
         &self.all_own
+    }
+
+    /// What the halves of all exemplars find in each other when one is turned.
+    pub fn own_turned(&self) -> &Matches {
+        &self.turned
     }
 
     /// Slices across an axis.
@@ -122,12 +136,12 @@ impl<'a> Sampler<'a> {
         Ok(Found { there, back })
     }
 
-    /// How many cells of the exemplars are hit, and how many are effectively, over what their halves hit of each other.
-    pub fn sources(&self, found: &Found) -> [f64; 2] {
+    /// How many cells of the exemplars are hit, and how many are effectively, over what their halves hit of each other (`own`).
+    pub fn sources(&self, found: &Found, own: &Matches) -> [f64; 2] {
         let cells: usize = self.halves.iter().flatten().map(PatchSet::cell_count).sum();
-        let draws = cells.min(self.all_own.count / 2);
-        let coverage = found.there.variety(draws) / self.all_own.variety(draws).max(1e-9);
-        [coverage, libm::exp(found.there.entropy() - self.all_own.entropy())]
+        let draws = cells.min(own.count / 2);
+        let coverage = found.there.variety(draws) / own.variety(draws).max(1e-9);
+        [coverage, libm::exp(found.there.entropy() - own.entropy())]
     }
 
     /// Patches of both halves of exemplars.

@@ -12,18 +12,19 @@ const DOCS: &str = "Read them together, and look at pictures too: each is blind 
      voxels). Halves of the exemplar are two of its quadrants each (the opposite ones for patches and copies, all three ways of pairing \
      on average else); *own* is what one half scores against the \
      other, given beside each value, and what is a fraction *of the exemplar's own* is 1 when it is as good as that. With \
-     exemplars for y and z, slices are held to the exemplar of their axis, oblique cuts to all. A value is flagged outside \
+     exemplars for y and z, slices are held to the exemplar of their axis, oblique cuts to all. What nearest voxels do \
+     to contrast, sharpness and patches of oblique cuts, nearest pixels of the turned exemplar do too, so they are held to that. A value is flagged outside \
      of its good range; ranges widen with what the halves differ by.\n\n\
      - `color_kl`: Kullback-Leibler divergence of the joint colour histograms (8 × 8 × 8 bins, 10⁻⁴ added to \
      each share), exemplar from solid, in nats. From 0; small is good, up to 0.15 + own. Blind to arrangement.\n\
      - `contrast` and `fine_contrast`: standard deviation of luminance, and of luminance minus its 3 × 3 mean, \
-     over the exemplar's. 1 is good, 12 % (15 % for fine, 30 % for oblique fine) more than the halves differ is allowed. Blind to \
+     over the exemplar's. 1 is good, 12 % (15 % for fine, 20 % for oblique fine) more than the halves differ is allowed. Blind to \
      which colours and where.\n\
      - `sharpness`: root mean square gradient over standard deviation of luminance, over the exemplar's; 1 is good, allowed as for \
      fine contrast. Below 1 is blurred or coarser, above 1 noisy or finer. Blind to contrast and colour.\n\
      - `distance` (and `distance_x`, `_y`, `_z`): root mean square distance of 5 × 5 \
      RGB patches to the nearest patch of either half of the exemplar, of the exemplar's own. \
-     1 is as good as the exemplar itself, copies reach about 0.7; up to 1.2 (oblique 1.3) is good. Blind to collapse: one smooth \
+     1 is as good as the exemplar itself, copies reach about 0.7; up to 1.2 is good. Blind to collapse: one smooth \
      region repeated scores low, which coverage shows.\n\
      - `completeness` (and `completeness_x`, `_y`, `_z`): the same the other way round, from patches of the \
      exemplar to those of the solid. Up to 1.1 (oblique 1.2) is good; above, something is not to be found: streaks, blur, \

@@ -34,20 +34,15 @@ const MEASURES: &[Measure] = &[
         name: "fine_contrast",
         value: |l| l.fine_contrast,
         unit: "of the exemplar's",
-        good: |own, oblique| around_one(own, if oblique { 0.3 } else { 0.15 }),
+        good: |own, oblique| around_one(own, if oblique { 0.2 } else { 0.15 }),
     },
     Measure {
         name: "sharpness",
         value: |l| l.sharpness,
         unit: "of the exemplar's",
-        good: |own, oblique| around_one(own, if oblique { 0.3 } else { 0.15 }),
+        good: |own, oblique| around_one(own, if oblique { 0.2 } else { 0.15 }),
     },
-    Measure {
-        name: "distance",
-        value: |l| l.distance,
-        unit: OWN,
-        good: |_, o| [0.0, if o { 1.3 } else { 1.2 }],
-    },
+    Measure { name: "distance", value: |l| l.distance, unit: OWN, good: |_, _| [0.0, 1.2] },
     Measure {
         name: "completeness",
         value: |l| l.completeness,
