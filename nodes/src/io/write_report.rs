@@ -81,9 +81,12 @@ pub fn short_number(value: f64) -> String {
 
 /// A range to be read.
 pub fn range_text([low, high]: [f64; 2]) -> String {
+    // Two digits that say something are enough.
+    let digits = if [low, high].iter().any(|v| v.is_finite() && v.abs() >= 0.1) { 2 } else { 4 };
     let bound = |value: f64| {
-        let text = format!("{value:.2}");
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        let text = format!("{value:.digits$}");
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        if text == "-0" { "0".to_owned() } else { text.to_owned() }
     };
     match (low > 0.0 || low < 0.0, high.is_finite()) {
         (false, true) => format!("up to {}", bound(high)),
@@ -96,31 +99,28 @@ pub fn range_text([low, high]: [f64; 2]) -> String {
 /// unit. Values outside of what is good have an exclamation mark.
 pub fn report_text(report: &Report) -> String {
     let cells = |row: &Row| {
-        let flag = if row.flagged() { " !" } else { "" };
         let good = row.good.map(|good| format!("good {}", range_text(good)));
         let reference = row.reference.map(|reference| format!("({})", short_number(reference)));
-        let value = format!("{}{flag}", short_number(row.value));
-        [row.name.clone(), value, reference.unwrap_or_default(), good.unwrap_or_default(), row.unit.clone()]
+        let value = short_number(row.value);
+        [row.name.clone(), value, reference.unwrap_or_default(), good.unwrap_or_default()]
     };
-    let rows: Vec<_> = report.rows.iter().map(cells).collect();
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths = [0, 1, 2, 3].map(width);
+    let rows: Vec<_> = report.rows.iter().map(|row| (cells(row), row)).collect();
+    let width =
+        |column: usize| rows.iter().map(|(cells, _)| cells[column].chars().count()).max().unwrap_or(0);
+    let [names, values, references, ranges] = [0, 1, 2, 3].map(width);
+    let flags = rows.iter().any(|(_, row)| row.flagged());
     let mut text = format!("{}\n", report.title);
-    for row in &rows {
-        let mut line = String::new();
-        for (column, (cell, &width)) in row.iter().zip(&widths).enumerate().filter(|(_, (_, w))| **w > 0) {
-            // Numbers end alike, but for their flags.
-            let numeric = column == 1 && !cell.ends_with('!');
-            let flags = if column == 1 && rows.iter().any(|row| row[1].ends_with('!')) { 2 } else { 0 };
-            line += &match column {
-                1 if numeric => format!("{:>1$}{2}", cell, width - flags, " ".repeat(flags)),
-                1 => format!("{cell:>width$}"),
-                _ => format!("{cell:width$}"),
-            };
-            line += "  ";
+    for ([name, value, reference, good], row) in &rows {
+        let mut line = format!("{name:names$}  {value:>values$}");
+        if flags {
+            line += if row.flagged() { " !" } else { "  " };
         }
-        line += &row[4];
-        text += line.trim_end();
+        for (cell, width) in [(reference, references), (good, ranges)] {
+            if width > 0 {
+                line += &format!("  {cell:width$}");
+            }
+        }
+        text += format!("{line}  {}", row.unit).trim_end();
         text.push('\n');
     }
     text

@@ -352,7 +352,8 @@ impl Scene<'_> {
         fill(&mut quality.axis, &all, sampler.own());
         fill(&mut quality.oblique, &sampler.oblique()?, sampler.own_turned());
         for to in [&mut quality.axis_own, &mut quality.oblique_own] {
-            (to.distance, to.completeness, to.coverage, to.source_entropy) = (1.0, 1.0, 1.0, 1.0);
+            (to.distance, to.completeness) = (sampler.worst, sampler.worst);
+            (to.coverage, to.source_entropy) = (1.0, 1.0);
         }
         Ok(())
     }

@@ -71,7 +71,8 @@ pub struct Likeness {
 pub struct Quality {
     /// On slices across the axes.
     pub axis: Likeness,
-    /// What the halves of the exemplar score against each other on the same measures; 1 for those of the exemplar's own.
+    /// What the halves of the exemplar score against each other on the same measures; 1 for those of the exemplar's own, but for
+    /// distance and completeness the worse of the halves over both.
     pub axis_own: Likeness,
     /// On oblique cuts of random directions, nearest voxels. Cuts of a solid through grains differ from its faces a little even
     /// where it is perfect, and those of a directed material much.

@@ -44,6 +44,8 @@ pub(super) struct Sampler<'a> {
     all_own: Matches,
     /// What the halves find in each other when one is turned, nearest pixels: the same that is done to oblique cuts.
     turned: Matches,
+    /// The larger of the distances that the halves have to each other, over that of all.
+    pub worst: f64,
     samples: usize,
     random: Random,
     control: &'a dyn Control,
@@ -60,13 +62,16 @@ impl<'a> Sampler<'a> {
     ) -> Result<Self, Cancelled> {
         let halves: Vec<_> = views.iter().map(halves).collect();
         let (mut own, mut all_own, mut turned) = (Vec::new(), Matches::default(), Matches::default());
+        let mut worst = 0.0f64;
         for (view, halves) in halves.iter().enumerate() {
             // As many hits in all as slices have, so that what chance does to shares is the same.
             let count = samples / views.len();
             let mut matches = Matches::default();
             for (to, from) in [(0, 1), (1, 0)] {
                 let patches = draw(&halves[from], count, [20 + to as u64, view as u64], random);
-                matches.add(&Matches::within(&[(view, &halves[to])], &patches, control)?);
+                let found = Matches::within(&[(view, &halves[to])], &patches, control)?;
+                worst = worst.max(found.rms());
+                matches.add(&found);
                 let picture = &views[view];
                 let (w, h) = (picture.width / 2, picture.height / 2);
                 let areas = PAIRS[0][from].map(|quadrant| [quadrant % 2 * w, quadrant / 2 * h, w, h]);
@@ -78,7 +83,8 @@ impl<'a> Sampler<'a> {
             all_own.add(&matches);
             own.push(matches);
         }
-        Ok(Self { voxels, halves, own, all_own, turned, samples, random, control })
+        let worst = (worst + FLOOR) / (all_own.rms() + FLOOR);
+        Ok(Self { voxels, halves, own, all_own, turned, worst, samples, random, control })
     }
 
     fn view(&self, axis: usize) -> usize {

@@ -24,10 +24,11 @@ const DOCS: &str = "Read them together, and look at pictures too: each is blind 
      fine contrast. Below 1 is blurred or coarser, above 1 noisy or finer. Blind to contrast and colour.\n\
      - `distance` (and `distance_x`, `_y`, `_z`): root mean square distance of 5 × 5 \
      RGB patches to the nearest patch of either half of the exemplar, of the exemplar's own. \
-     1 is as good as the exemplar itself, copies reach about 0.7; up to 1.2 is good. Blind to collapse: one smooth \
+     1 is as good as the exemplar itself, copies reach about 0.7; up to 1.2 times own is good, which is here what the worse \
+     of the halves finds in the other. Blind to collapse: one smooth \
      region repeated scores low, which coverage shows.\n\
      - `completeness` (and `completeness_x`, `_y`, `_z`): the same the other way round, from patches of the \
-     exemplar to those of the solid. Up to 1.1 (oblique 1.2) is good; above, something is not to be found: streaks, blur, \
+     exemplar to those of the solid. Up to 1.1 (oblique 1.2) times own is good; above, something is not to be found: streaks, blur, \
      collapse. Blind to what is there besides.\n\
      - `coverage`: different places of the exemplar (cells of 2 × 2 pixels) that are the nearest to 5 × 5 patches \
      of the solid, as many hits as there are cells taken, of the exemplar's own. From 0; 1 is as varied as the exemplar, \

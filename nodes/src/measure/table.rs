@@ -42,12 +42,12 @@ const MEASURES: &[Measure] = &[
         unit: "of the exemplar's",
         good: |own, oblique| around_one(own, if oblique { 0.2 } else { 0.15 }),
     },
-    Measure { name: "distance", value: |l| l.distance, unit: OWN, good: |_, _| [0.0, 1.2] },
+    Measure { name: "distance", value: |l| l.distance, unit: OWN, good: |own, _| [0.0, 1.2 * own.max(1.0)] },
     Measure {
         name: "completeness",
         value: |l| l.completeness,
         unit: OWN,
-        good: |_, o| [0.0, if o { 1.2 } else { 1.1 }],
+        good: |own, o| [0.0, if o { 1.2 } else { 1.1 } * own.max(1.0)],
     },
     Measure { name: "coverage", value: |l| l.coverage, unit: OWN, good: |_, _| [0.8, f64::INFINITY] },
     Measure {

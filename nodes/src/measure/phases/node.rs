@@ -15,7 +15,7 @@ const DOCS: &str = "For media of two phases: stone and pore, fibre and matrix, p
      - `fraction`: volume fraction φ of the phase, 0 to 1. Blind to arrangement.\n\
      - `surface`: specific surface, area of the boundary per volume in 1/voxel, `2 P_L` from the crossings P_L per length of lines along \
      the axes; the same from slices and in 3D. From 0. Exact for isotropic media. Blind to shape.\n\
-     - `euler_8`, `euler_4` in 2D, `euler_26`, `euler_6` in 3D: Euler number per area or volume (objects − holes, objects − tunnels + \
+     - `euler_8`, `euler_4` in 2D, `euler_26`, `euler_6` in 3D: Euler number per 1000 pixels or voxels (objects − holes, objects − tunnels + \
      cavities), the phase joined through corners (8, 26) or through faces alone (4, 6), the rest the other way. Of either sign. Blind to \
      size; noise of single voxels dominates it.\n\
      - `connectivity`: share of the phase in its largest component by faces, in windows of one size. 0 to 1. Blind to how thin the bridges \

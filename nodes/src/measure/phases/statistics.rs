@@ -9,7 +9,7 @@ use super::lines::{Chords, two_point};
 use crate::control::{Cancelled, Control, check};
 use crate::measure::correlation::curve_distance;
 
-/// Single numbers: fraction, surface, Euler numbers by all and by face neighbours, connectivity, mean chord.
+/// Single numbers: fraction, surface, Euler numbers by all and by face neighbours per 1000 voxels, connectivity, mean chord.
 pub(super) const NUMBERS: usize = 6;
 
 /// What is known of a phase in a window, or on average over several.
@@ -39,7 +39,7 @@ impl Statistics {
         // Cells of the lower borders are not counted.
         let inner: f64 = grid.axes().iter().map(|&axis| (grid.size[axis] - 1) as f64).product();
         let chords = Chords::of(grid);
-        let euler = |neighbours| euler_number(grid, neighbours) as f64 / inner.max(1.0);
+        let euler = |neighbours| euler_number(grid, neighbours) as f64 * 1000.0 / inner.max(1.0);
         let axes = grid.axes();
         let each: Vec<Vec<f64>> = axes.iter().map(|&axis| two_point(grid, axis, reach)).collect();
         let length = each.iter().map(Vec::len).min().unwrap_or(0);
