@@ -88,7 +88,7 @@ pub fn range_text([low, high]: [f64; 2]) -> String {
         let text = text.trim_end_matches('0').trim_end_matches('.');
         if text == "-0" { "0".to_owned() } else { text.to_owned() }
     };
-    match (low > 0.0 || low < 0.0, high.is_finite()) {
+    match (low != 0.0, high.is_finite()) {
         (false, true) => format!("up to {}", bound(high)),
         (true, false) => format!("from {}", bound(low)),
         _ => format!("{} to {}", bound(low), bound(high)),

@@ -60,10 +60,10 @@ impl<'a> Sampler<'a> {
         random: Random,
         control: &'a dyn Control,
     ) -> Result<Self, Cancelled> {
-        let halves: Vec<_> = views.iter().map(halves).collect();
+        let all: Vec<_> = views.iter().map(halves).collect();
         let (mut own, mut all_own, mut turned) = (Vec::new(), Matches::default(), Matches::default());
         let mut worst = 0.0f64;
-        for (view, halves) in halves.iter().enumerate() {
+        for (view, halves) in all.iter().enumerate() {
             // As many hits in all as slices have, so that what chance does to shares is the same.
             let count = samples / views.len();
             let mut matches = Matches::default();
@@ -78,13 +78,15 @@ impl<'a> Sampler<'a> {
                 let key = (random, 20 + 2 * view as u64 + from as u64);
                 let squares = turned_squares(picture, &areas, EDGE, count, key);
                 let patches: Vec<_> = squares.iter().map(|square| patch(|x, y| square.get(x, y))).collect();
-                turned.add(&Matches::within(&[(view, &halves[to])], &patches, control)?);
+                // In all exemplars, as oblique cuts are: equally near patches count for the first.
+                let sets: Vec<_> = all.iter().map(|halves| &halves[to]).enumerate().collect();
+                turned.add(&Matches::within(&sets, &patches, control)?);
             }
             all_own.add(&matches);
             own.push(matches);
         }
         let worst = (worst + FLOOR) / (all_own.rms() + FLOOR);
-        Ok(Self { voxels, halves, own, all_own, turned, worst, samples, random, control })
+        Ok(Self { voxels, halves: all, own, all_own, turned, worst, samples, random, control })
     }
 
     fn view(&self, axis: usize) -> usize {

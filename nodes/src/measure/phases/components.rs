@@ -16,10 +16,10 @@ pub fn connectivity(grid: &Grid) -> f64 {
         let mut size = 0;
         while let Some(at) = open.pop() {
             size += 1;
-            for axis in 0..3 {
-                let place = at / strides[axis] % grid.size[axis];
-                let before = (place > 0).then(|| at - strides[axis]);
-                let after = (place + 1 < grid.size[axis]).then(|| at + strides[axis]);
+            for (stride, n) in strides.into_iter().zip(grid.size) {
+                let place = at / stride % n;
+                let before = (place > 0).then(|| at - stride);
+                let after = (place + 1 < n).then(|| at + stride);
                 for other in before.into_iter().chain(after) {
                     if std::mem::take(&mut left[other]) {
                         open.push(other);
