@@ -58,7 +58,7 @@ pub struct Compare {
     /// The volume: NPY or NRRD
     volume: String,
 
-    /// Measure the bright and the dark phase too: fractions, correlation, chords, surface, Euler numbers, connectivity
+    /// Measure the bright and the dark phase too, against --exemplar: fractions, correlation, chords, surface, Euler numbers, connectivity
     #[arg(long)]
     phases: bool,
 
