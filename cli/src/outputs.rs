@@ -149,7 +149,11 @@ pub fn check(targets: &[Target<'_>]) -> Result<(), Failure> {
     if problems.is_empty() { Ok(()) } else { Err(Failure::new(Code::Output, problems.join("\n"))) }
 }
 
-fn writable(path: &Path) -> io::Result<()> {
+/// Whether a file, or a folder if the path ends in a slash, can be written there.
+///
+/// # Errors
+/// Why not.
+pub fn writable(path: &Path) -> io::Result<()> {
     let wants_folder = path.as_os_str().to_string_lossy().ends_with(['/', std::path::MAIN_SEPARATOR]);
     match std::fs::metadata(path) {
         Ok(found) if found.is_dir() != wants_folder => {

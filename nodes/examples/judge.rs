@@ -117,13 +117,13 @@ fn main() {
         let q = breccia_nodes::measure::measure_quality(&volume, &color, &m, &()).expect("measures");
         println!(
             "kl {:.3} cov {:.2} con {:.2} fine {:.2} dist {:.2}/{:.2} compl {:.2}",
-            q.color_kl,
-            q.coverage,
-            q.contrast,
-            q.fine_contrast,
-            q.axis_distance,
-            q.oblique_distance,
-            q.axis_completeness
+            q.axis.color_kl,
+            q.axis.coverage,
+            q.axis.contrast,
+            q.axis.fine_contrast,
+            q.axis.distance,
+            q.oblique.distance,
+            q.axis.completeness
         );
     }
     let Some(out) = get("--out") else { return };

@@ -1,6 +1,7 @@
 //! The data types that flow between nodes.
 
 mod codec;
+mod curves;
 mod image;
 mod mesh;
 mod report;
@@ -10,9 +11,10 @@ mod volume;
 mod voxels;
 
 pub use codec::{Reader, Writer};
+pub use curves::{Curves, Plot, Series};
 pub use image::{Image, ImageError, linear_to_srgb, srgb_to_linear};
 pub use mesh::Mesh;
-pub use report::Report;
+pub use report::{Report, Row};
 pub use samples::{Map, MapInfo, SampleType, Samples};
 pub use solid::{Extent, Solid, SolidError, SolidValue};
 pub use volume::Volume;
@@ -29,6 +31,7 @@ pub fn types() -> Vec<TypeInfo> {
         TypeInfo::of::<Mesh>(),
         TypeInfo::of::<SolidValue>(),
         TypeInfo::of::<Report>(),
+        TypeInfo::of::<Curves>(),
         TypeInfo::of::<crate::exemplar::Exemplar>(),
     ]
 }

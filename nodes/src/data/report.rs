@@ -9,8 +9,30 @@ use super::{Reader, Writer};
 pub struct Report {
     /// What the numbers are about.
     pub title: String,
-    /// Name, value, and unit or remark of each row.
-    pub rows: Vec<(String, f64, String)>,
+    /// The numbers.
+    pub rows: Vec<Row>,
+}
+
+/// A named number.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row {
+    /// What it is.
+    pub name: String,
+    /// The number.
+    pub value: f64,
+    /// Unit or remark.
+    pub unit: String,
+    /// The same of what it is compared with, if it is.
+    pub reference: Option<f64>,
+    /// The range that is good, bounds included, if there is one.
+    pub good: Option<[f64; 2]>,
+}
+
+impl Row {
+    /// Whether the value lies outside of what is good. A value that is no number does.
+    pub fn flagged(&self) -> bool {
+        self.good.is_some_and(|[low, high]| !(low..=high).contains(&self.value))
+    }
 }
 
 impl Report {
@@ -21,13 +43,13 @@ impl Report {
 
     /// Adds a row.
     pub fn row(&mut self, name: impl Into<String>, value: f64, unit: impl Into<String>) -> &mut Self {
-        self.rows.push((name.into(), value, unit.into()));
+        self.rows.push(Row { name: name.into(), value, unit: unit.into(), ..Row::default() });
         self
     }
 
     /// The value of a row.
     pub fn get(&self, name: &str) -> Option<f64> {
-        self.rows.iter().find(|(n, ..)| n == name).map(|&(_, value, _)| value)
+        self.rows.iter().find(|row| row.name == name).map(|row| row.value)
     }
 }
 
@@ -36,11 +58,11 @@ impl Data for Report {
     const DOCS: &'static str = "Named numbers with units.";
 
     fn byte_size(&self) -> u64 {
-        self.rows.iter().map(|(n, _, u)| (n.len() + u.len() + 64) as u64).sum()
+        self.rows.iter().map(|row| (row.name.len() + row.unit.len() + 96) as u64).sum()
     }
 
     fn summary(&self) -> String {
-        let shown = self.rows.iter().take(4).map(|(n, v, _)| format!("{n} {v:.4}"));
+        let shown = self.rows.iter().take(4).map(|row| format!("{} {:.4}", row.name, row.value));
         format!("{}: {}", self.title, shown.collect::<Vec<_>>().join(", "))
     }
 
@@ -51,8 +73,9 @@ impl Data for Report {
     fn encode(&self) -> Option<Vec<u8>> {
         let mut out = Writer::new();
         out.text(&self.title).u64(self.rows.len() as u64);
-        for (name, value, unit) in &self.rows {
-            out.text(name).u64(value.to_bits()).text(unit);
+        for row in &self.rows {
+            out.text(&row.name).u64(row.value.to_bits()).text(&row.unit);
+            out.array(row.reference.as_slice()).array(row.good.as_ref().map_or(&[], |good| &good[..]));
         }
         Some(out.finish())
     }
@@ -61,9 +84,33 @@ impl Data for Report {
         let mut reader = Reader::new(bytes);
         let mut report = Self::new(reader.text()?);
         for _ in 0..reader.u64()? {
-            report.rows.push((reader.text()?, f64::from_bits(reader.u64()?), reader.text()?));
+            let (name, value, unit) = (reader.text()?, f64::from_bits(reader.u64()?), reader.text()?);
+            let (reference, good) = (reader.array::<f64>()?, reader.array::<f64>()?);
+            let good = match good.as_slice() {
+                [] => None,
+                &[low, high] => Some([low, high]),
+                _ => return Err("a range needs two bounds".to_owned()),
+            };
+            report.rows.push(Row { name, value, unit, reference: reference.first().copied(), good });
         }
         reader.end()?;
         Ok(report)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_come_back_and_values_outside_are_flagged() {
+        let mut report = Report::new("quality");
+        report.row("plain", 3.0, "voxels");
+        let row = Row { name: "r".into(), value: 2.0, unit: "nats".into(), ..Row::default() };
+        report.rows.push(Row { reference: Some(0.5), good: Some([1.0, f64::INFINITY]), ..row.clone() });
+        assert_eq!(Report::decode(&report.encode().unwrap()), Ok(report));
+        let flagged = |value, good| Row { value, good, ..row.clone() }.flagged();
+        assert!(!flagged(2.0, None) && !flagged(2.0, Some([2.0, 2.0])));
+        assert!(flagged(2.1, Some([0.0, 2.0])) && flagged(f64::NAN, Some([0.0, 2.0])));
     }
 }

@@ -15,6 +15,7 @@ mod read_volume;
 #[cfg(test)]
 mod tests;
 mod write_atlas;
+mod write_curves;
 mod write_image;
 mod write_npy;
 mod write_nrrd;
@@ -31,10 +32,11 @@ pub use raw_array::{Integers, VolumeOptions};
 pub use read_image::ReadImage;
 pub use read_volume::ReadVolume;
 pub use write_atlas::{atlas_grid, write_atlas};
+pub use write_curves::{curves_csv, curves_json, escape, plot_svg};
 pub use write_image::{write_image_exr, write_image_png};
 pub use write_npy::write_npy;
 pub use write_nrrd::{NrrdEncoding, write_nrrd};
-pub use write_report::{report_csv, report_json, report_text};
+pub use write_report::{range_text, report_csv, report_json, report_text, short_number};
 pub use write_tiff::write_tiff;
 
 use breccia_engine::{Exporter, Node};
@@ -55,7 +57,7 @@ pub fn exporters() -> Vec<Exporter> {
         write_slices::EXPORTER,
         write_atlas::EXPORTER,
     ];
-    [write_image::EXPORTERS, write_report::EXPORTERS, &volumes].concat()
+    [write_image::EXPORTERS, write_report::EXPORTERS, write_curves::EXPORTERS, &volumes].concat()
 }
 
 /// Decodes an NPY or NRRD volume; the format is told by the content.

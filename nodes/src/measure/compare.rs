@@ -1,22 +1,26 @@
 //! Measures of a volume against its exemplar, to be read together.
 
-use rayon::prelude::*;
-
 use super::color_divergence;
-use super::contrast::{Spread, gather};
-use super::patches::{EDGE, NUMBERS, Patch, PatchSet, patch};
-use super::structure::{Structure, measure_structure};
-use super::views::{Pixels, Voxels, in_plane};
+use super::contrast::Variation;
+use super::copies::{Places, mean_copy};
+use super::curves::{LikenessCurves, histogram};
+use super::cuts::{Cuts, oblique_edge, turned_squares};
+use super::likeness::{Likeness, Quality};
+use super::matches::Matches;
+use super::nearest::{Found, Sampler};
+use super::random::Random;
+use super::structure::{Structure, axis_structure, mean_structure, oblique_structure};
+use super::views::{Pixels, Voxels};
+use super::wasserstein::{Vector, areas, levels, pyramids, scales, sliced, vectors};
 use crate::control::{Cancelled, Control, check};
-use crate::data::{Image, Volume};
-use crate::solid::Plane;
+use crate::data::{Image, Samples, Volume};
 
 /// How much is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QualitySettings {
     /// Patches taken across the axes, and as many again from oblique planes.
     pub samples: usize,
-    /// Slices across each axis for the contrast.
+    /// Slices across each axis, and three times as many oblique cuts.
     pub slices: usize,
     /// Selects patches and slices.
     pub seed: u64,
@@ -28,60 +32,28 @@ impl Default for QualitySettings {
     }
 }
 
-/// How well a volume resembles its exemplar. None of these numbers means much alone: a flat volume may have a
-/// small distance, and pixel noise with the right colours a small divergence. Look at pictures too.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Quality {
-    /// Kullback-Leibler divergence of colour histograms in nats, 0 and up; small is good. See
-    /// [`color_divergence`]. Misses all arrangement: shuffled pixels score 0.
-    pub color_kl: f64,
-    /// Variety of the volume's patches in terms of the exemplar's, 0 and up; 1 is as varied as the exemplar.
-    ///
-    /// The exemplar is split into two halves (opposite quadrants each). Patches of the volume, half of them
-    /// across the axes and half oblique, each look for the nearest patch in either half, and so does each
-    /// half in the other. From how often each cell of 2 × 2 pixels was hit follows how many different cells
-    /// as many hits as there are cells reach on average, `Σ 1 − (1 − pᵢ)^m`; coverage is this number for the
-    /// volume over that for the exemplar. Misses whether what is covered is arranged well.
-    pub coverage: f64,
-    /// Standard deviation of luminance over that of the exemplar; 1 is good. Misses scale and arrangement.
-    pub contrast: f64,
-    /// The same of the fine detail, luminance minus its 3 × 3 mean: below 1 is blurred, above 1 noisy.
-    pub fine_contrast: f64,
-    /// Neighbourhood distance of slices across x, y and z: the root mean square distance of 5 × 5 RGB patches
-    /// to the nearest patch in either half of the exemplar, divided by that from each half to the other.
-    ///
-    /// 1 is as good as the exemplar itself, verbatim copies reach about 0.7, foreign patches go above 1.
-    /// Each direction is compared unturned and transposed, and the better counts. Misses collapse: a volume
-    /// that repeats one smooth region scores low.
-    pub distances: [f64; 3],
-    /// The root mean square of [`Quality::distances`].
-    pub axis_distance: f64,
-    /// The same the other way round, for each of x, y and z: from patches of the exemplar to the nearest of as
-    /// many patches of the volume as half the exemplar has, over the distance between the halves. 1 or a
-    /// little below is good; above 1 something of the exemplar is not to be found across that axis, as in
-    /// streaks, blur and collapse. Misses what is there besides.
-    pub completeness: [f64; 3],
-    /// The root mean square of [`Quality::completeness`].
-    pub axis_completeness: f64,
-    /// The neighbourhood distance of oblique planes (four space diagonals and three face diagonals, nearest
-    /// voxels). Cuts of a solid through grains differ from its faces a little even where it is perfect.
-    pub oblique_distance: f64,
-    /// How its structures lie.
-    pub structure: Structure,
-}
-
 /// Why nothing was measured.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeasureError {
     /// The exemplar is too small to be split into halves.
     #[error("an exemplar of {0} × {1} pixels is too small: measuring needs at least {SMALLEST} × {SMALLEST}")]
     Exemplar(usize, usize),
-    /// The volume is too small for oblique patches.
-    #[error("a box of {0} × {1} × {2} voxels is too small: measuring needs at least 8 along each axis")]
+    /// The exemplar has nothing to compare with.
+    #[error(
+        "all pixels of the exemplar have the colour ({0}, {1}, {2}): there is no texture to compare with"
+    )]
+    Constant(u8, u8, u8),
+    /// The volume is too small for slices and patches.
+    #[error(
+        "a box of {0} × {1} × {2} voxels is too small: measuring needs at least {SMALLEST} along each axis"
+    )]
     Volume(usize, usize, usize),
     /// The volume has no colours.
-    #[error("the volume has no map `color` that fits its size")]
-    NoColor,
+    #[error("the volume has no map `color` (or `value`, if it is grey) that fits its size, only {0}")]
+    NoColor(String),
+    /// A sample is no number.
+    #[error("{0} holds a sample that is not finite")]
+    NotFinite(&'static str),
     /// The computation was cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -91,284 +63,299 @@ impl From<MeasureError> for breccia_engine::NodeError {
     fn from(error: MeasureError) -> Self {
         match error {
             MeasureError::Cancelled(cancelled) => cancelled.into(),
-            other => Self::failed(other),
+            other => Self::input(other),
         }
     }
 }
 
-/// The smallest exemplar, so that each quadrant holds some patches.
+/// The smallest exemplar, so that each quadrant holds some patches, and the shortest edge of a box.
 const SMALLEST: usize = 16;
 
-/// The most patches kept of half an exemplar; larger exemplars are sampled on a coarser grid.
-const MOST_PATCHES: usize = 16_384;
+/// The largest square that is looked for in copies.
+const LONGEST_COPY: usize = 32;
 
-/// A grey level's fraction added to both sides of ratios, so that flat exemplars divide too.
-const FLOOR: f64 = 0.25;
+/// Turned squares of an exemplar that oblique cuts are held to.
+const TURNS: usize = 32;
 
-/// Normals of the oblique planes.
-const NORMALS: [[f64; 3]; 7] = [
-    [1.0, 1.0, 1.0],
-    [1.0, 1.0, -1.0],
-    [1.0, -1.0, 1.0],
-    [-1.0, 1.0, 1.0],
-    [1.0, 1.0, 0.0],
-    [1.0, 0.0, 1.0],
-    [0.0, 1.0, 1.0],
-];
+/// Added to both sides of ratios of Wasserstein distances, which are in standard deviations.
+const WASSERSTEIN_FLOOR: f64 = 0.02;
 
-/// Measures a volume against its exemplar.
+/// Measures a volume against its exemplar. See [`measure_views`].
 ///
 /// # Errors
-/// [`MeasureError`]: too small an exemplar (16 pixels) or volume (8 voxels), no colours, or cancelled.
+/// As [`measure_views`].
 pub fn measure_quality(
     volume: &Volume,
     exemplar: &Image,
     settings: &QualitySettings,
     control: &dyn Control,
 ) -> Result<Quality, MeasureError> {
-    let (width, height) = (exemplar.width() as usize, exemplar.height() as usize);
-    if width < SMALLEST || height < SMALLEST {
-        return Err(MeasureError::Exemplar(width, height));
+    measure_views(volume, &[exemplar], settings, control)
+}
+
+/// Measures a volume against the exemplars of its slices across x, y and z, or one exemplar for all. Oblique cuts are held to
+/// the nearest of the exemplars, and to the mean of their curves.
+///
+/// # Errors
+/// [`MeasureError`]: too small an exemplar (16 pixels) or volume (16 voxels), an exemplar of one colour, no colours, samples
+/// that are not finite, or cancelled.
+pub fn measure_views(
+    volume: &Volume,
+    exemplars: &[&Image],
+    settings: &QualitySettings,
+    control: &dyn Control,
+) -> Result<Quality, MeasureError> {
+    let views = read_views(exemplars)?;
+    let voxels = read_voxels(volume)?;
+    let random = Random(settings.seed);
+    let samples = settings.samples.clamp(64, 1 << 20);
+    let cuts = Cuts::new(&voxels, settings.slices.clamp(1, 4096), random, control)?;
+    let scene = Scene { views: &views, voxels: &voxels, cuts: &cuts, samples, random, control };
+    let mut quality = Quality::default();
+
+    scene.colors(&mut quality);
+    scene.variation(&mut quality);
+    control.progress(0.05);
+    let [axis, oblique] = scene.structure()?;
+    fill_structure(&mut quality, &axis, &oblique);
+    control.progress(0.2);
+    scene.wasserstein(&mut quality)?;
+    control.progress(0.3);
+    scene.copies(&mut quality)?;
+    control.progress(0.4);
+    scene.patches(&mut quality)?;
+    quality.curves = LikenessCurves {
+        luminance: [histogram(cuts.axis.iter().flatten()), histogram(&cuts.oblique), histogram(&views)],
+        autocorrelation: [axis.radial[0].clone(), oblique.radial[0].clone(), axis.radial[1].clone()],
+        orientation: axis.shares,
+    };
+    Ok(quality)
+}
+
+fn read_views(exemplars: &[&Image]) -> Result<Vec<Pixels>, MeasureError> {
+    let mut views = Vec::new();
+    for exemplar in exemplars {
+        let (width, height) = (exemplar.width() as usize, exemplar.height() as usize);
+        if width < SMALLEST || height < SMALLEST {
+            return Err(MeasureError::Exemplar(width, height));
+        }
+        if not_finite(exemplar.samples()) {
+            return Err(MeasureError::NotFinite("the exemplar"));
+        }
+        let view = Pixels::of(exemplar);
+        let [r, g, b] = view.get(0, 0);
+        if view.data.iter().all(|&pixel| pixel == [r, g, b]) {
+            return Err(MeasureError::Constant(r, g, b));
+        }
+        views.push(view);
     }
+    if views.is_empty() { Err(MeasureError::Exemplar(0, 0)) } else { Ok(views) }
+}
+
+pub(super) fn read_voxels(volume: &Volume) -> Result<Voxels, MeasureError> {
     let [x, y, z] = volume.size;
-    if volume.size.iter().any(|&n| n < 8) {
+    if volume.size.iter().any(|&n| n < SMALLEST) {
         return Err(MeasureError::Volume(x, y, z));
     }
-    let color = volume.map("color").ok_or(MeasureError::NoColor)?;
-    let voxels = Voxels::of(volume, color).ok_or(MeasureError::NoColor)?;
-    let truth = Pixels::of(exemplar);
-    let random = Random(settings.seed);
-
-    let color_kl = color_divergence(&truth.data, &voxels.data);
-    check(control)?;
-    let [contrast, fine_contrast] = contrasts(&voxels, &truth, settings, random, control)?;
-    control.progress(0.1);
-    let structure = measure_structure(&voxels, &truth, settings.slices.clamp(1, 4096), random, control)?;
-    control.progress(0.2);
-
-    let halves = halves(&truth);
-    let samples = settings.samples.clamp(64, 1 << 20);
-    let reference = Matches::between_halves(&halves, 2 * samples, random, control)?;
-    control.progress(0.4);
-    let (mut across, mut missing) = (Vec::new(), Vec::new());
-    for axis in 0..3 {
-        let count = samples / 3 + usize::from(axis < samples % 3);
-        let along = |transposed, count| axis_patches(&voxels, axis, transposed, count, random);
-        // A part of the patches tells which way round the exemplar is.
-        let plain = Matches::of(&halves, &along(false, count / 8), control)?;
-        let turned = Matches::of(&halves, &along(true, count / 8), control)?;
-        let transposed = turned.squares < plain.squares;
-        across.push(Matches::of(&halves, &along(transposed, count), control)?);
-        let found = PatchSet::of(along(transposed, halves[0].len()));
-        missing.push(Matches::within(&found, &exemplar_patches(&halves, count, random), control)?);
-        control.progress(0.4 + 0.15 * (axis + 1) as f32);
+    // A grey volume has its levels in `value`.
+    let color = volume.map("color").or_else(|| volume.map("value").filter(|map| map.channels == 1));
+    let voxels = color.and_then(|color| Voxels::of(volume, color));
+    if color.is_some_and(|color| not_finite(&color.samples)) {
+        return Err(MeasureError::NotFinite("the map `color`"));
     }
-    let oblique = Matches::of(&halves, &oblique_patches(&voxels, samples, random), control)?;
-
-    let ratio = |rms: f64| (rms + FLOOR) / (reference.rms() + FLOOR);
-    let (distances, mut all) = sum_up(across, ratio);
-    let (completeness, missing) = sum_up(missing, ratio);
-    let (axis_distance, axis_completeness) = (ratio(all.rms()), ratio(missing.rms()));
-    let oblique_distance = ratio(oblique.rms());
-    all.add(oblique);
-    let draws = halves.iter().map(PatchSet::cell_count).sum::<usize>().min(reference.count / 2);
-    let coverage = all.variety(draws) / reference.variety(draws).max(1e-9);
-    Ok(Quality {
-        color_kl,
-        coverage,
-        contrast,
-        fine_contrast,
-        distances,
-        axis_distance,
-        completeness,
-        axis_completeness,
-        oblique_distance,
-        structure,
+    voxels.ok_or_else(|| {
+        let names: Vec<_> = volume.maps.iter().map(|map| format!("`{}`", map.name)).collect();
+        MeasureError::NoColor(if names.is_empty() { "nothing".to_owned() } else { names.join(", ") })
     })
 }
 
-/// The ratio of each axis, and all together.
-fn sum_up(axes: Vec<Matches>, ratio: impl Fn(f64) -> f64) -> ([f64; 3], Matches) {
-    let mut all = Matches::default();
-    let mut ratios = [0.0; 3];
-    for (to, matches) in ratios.iter_mut().zip(axes) {
-        *to = ratio(matches.rms());
-        all.add(matches);
-    }
-    (ratios, all)
+pub(super) fn not_finite(samples: &Samples) -> bool {
+    matches!(samples, Samples::F32(values) if values.iter().any(|v| !v.is_finite()))
 }
 
-/// Ratios of the deviations of luminance and of its fine detail.
-fn contrasts(
-    voxels: &Voxels,
-    truth: &Pixels,
-    settings: &QualitySettings,
+/// The larger of a ratio and its reciprocal.
+fn away_from_one(ratio: f64) -> f64 {
+    ratio.max(1.0 / ratio.max(1e-9))
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+    sum / f64::max(count, 1.0)
+}
+
+fn fill_structure(quality: &mut Quality, axis: &Structure, oblique: &Structure) {
+    let fill = |of: &Structure, found: &mut Likeness, own: &mut Likeness| {
+        found.autocorrelation = of.autocorrelation;
+        [found.repetition, own.repetition] = of.repetition;
+        [found.orientation_kl, own.orientation_kl] = of.orientation_kl;
+        found.flat = of.flat;
+        (own.autocorrelation, own.flat) = (1.0, 1.0);
+    };
+    fill(axis, &mut quality.axis, &mut quality.axis_own);
+    fill(oblique, &mut quality.oblique, &mut quality.oblique_own);
+}
+
+/// What is compared, and how.
+struct Scene<'a> {
+    views: &'a [Pixels],
+    voxels: &'a Voxels,
+    cuts: &'a Cuts,
+    samples: usize,
     random: Random,
-    control: &dyn Control,
-) -> Result<[f64; 2], Cancelled> {
-    let (mut all, mut fine) = (Spread::default(), Spread::default());
-    for axis in 0..3 {
-        for slice in 0..settings.slices.clamp(1, 4096) {
-            check(control)?;
-            let at = random.below(voxels.size[axis], [10, axis as u64, slice as u64]);
-            gather(&voxels.slice(axis, at), &mut all, &mut fine);
-        }
-    }
-    let (mut true_all, mut true_fine) = (Spread::default(), Spread::default());
-    gather(truth, &mut true_all, &mut true_fine);
-    let ratio = |a: Spread, b: Spread| (a.deviation() + FLOOR) / (b.deviation() + FLOOR);
-    Ok([ratio(all, true_all), ratio(fine, true_fine)])
+    control: &'a dyn Control,
 }
 
-/// The patches of opposite quadrants: top left with bottom right, and the other two. No patch crosses.
-fn halves(truth: &Pixels) -> [PatchSet; 2] {
-    let (w, h) = (truth.width, truth.height);
-    let (x, y) = (w / 2, h / 2);
-    let mut stride = 1;
-    while (w / stride) * (h / stride) / 2 > MOST_PATCHES {
-        stride += 1;
-    }
-    let cell = stride.max(2);
-    [
-        PatchSet::new(truth, &[[0, 0, x, y], [x, y, w - x, h - y]], stride, cell),
-        PatchSet::new(truth, &[[x, 0, w - x, y], [0, y, x, h - y]], stride, cell),
-    ]
-}
-
-/// What patches found in the halves of the exemplar.
-#[derive(Default)]
-struct Matches {
-    /// Sum of squared distances.
-    squares: i64,
-    /// How many distances.
-    count: usize,
-    /// Cells hit, once for each hit.
-    cells: Vec<u32>,
-}
-
-impl Matches {
-    /// Each of `patches` in both halves.
-    fn of(halves: &[PatchSet; 2], patches: &[Patch], control: &dyn Control) -> Result<Self, Cancelled> {
-        let mut matches = Self::default();
-        for half in halves {
-            matches.add(Self::within(half, patches, control)?);
-        }
-        Ok(matches)
+impl Scene<'_> {
+    /// The exemplar of slices across an axis.
+    fn view(&self, axis: usize) -> &Pixels {
+        &self.views[axis.min(self.views.len() - 1)]
     }
 
-    /// `count` patches of each half in the other.
-    fn between_halves(
-        halves: &[PatchSet; 2],
-        count: usize,
-        random: Random,
-        control: &dyn Control,
-    ) -> Result<Self, Cancelled> {
-        let mut matches = Self::default();
-        for (purpose, [to, from]) in [(20, [0, 1]), (21, [1, 0])] {
-            let patches = draw(&halves[from], count, purpose, random);
-            matches.add(Self::within(&halves[to], &patches, control)?);
-        }
-        Ok(matches)
+    /// The shortest edge of box and exemplars.
+    fn shortest(&self) -> usize {
+        let edges = self.views.iter().flat_map(|view| [view.width, view.height]);
+        edges.chain(self.voxels.size).min().unwrap_or(0)
     }
 
-    fn within(half: &PatchSet, patches: &[Patch], control: &dyn Control) -> Result<Self, Cancelled> {
-        let found: Vec<(i32, u32)> = patches
-            .par_chunks(16)
-            .map(|patches| {
-                check(control)?;
-                Ok(patches.iter().map(|patch| half.nearest(patch)).collect::<Vec<_>>())
-            })
-            .collect::<Result<Vec<_>, Cancelled>>()?
-            .concat();
-        let squares = found.iter().map(|&(square, _)| i64::from(square)).sum();
-        Ok(Self { squares, count: found.len(), cells: found.into_iter().map(|(_, cell)| cell).collect() })
+    /// The edge of the part of oblique cuts that fits into all exemplars.
+    fn oblique_edge(&self) -> usize {
+        oblique_edge(self.voxels.size.into_iter().min().unwrap_or(0)).min(self.shortest())
     }
 
-    fn add(&mut self, other: Self) {
-        self.squares += other.squares;
-        self.count += other.count;
-        self.cells.extend(other.cells);
+    fn colors(&self, quality: &mut Quality) {
+        let pixels = |pictures: &[Pixels]| pictures.iter().flat_map(|p| &p.data).copied().collect::<Vec<_>>();
+        let own = mean(self.views.iter().map(|view| {
+            mean(view.splits().into_iter().map(|split| {
+                let [a, b] = split.map(|half| pixels(&half));
+                (color_divergence(&a, &b) + color_divergence(&b, &a)) / 2.0
+            }))
+        }));
+        // All slices across an axis together are all voxels.
+        let axis = |view: &Pixels| color_divergence(&view.data, &self.voxels.data);
+        quality.axis.color_kl = mean(self.views.iter().map(axis));
+        quality.oblique.color_kl = color_divergence(&pixels(self.views), &pixels(&self.cuts.oblique));
+        (quality.axis_own.color_kl, quality.oblique_own.color_kl) = (own, own);
     }
 
-    /// The root mean square difference of a patch's number, in grey levels.
-    fn rms(&self) -> f64 {
-        (self.squares as f64 / (self.count.max(1) * NUMBERS) as f64).sqrt()
-    }
-
-    /// How many different cells that many hits reach on average.
-    fn variety(&self, draws: usize) -> f64 {
-        let mut cells = self.cells.clone();
-        cells.sort_unstable();
-        let shares = cells.chunk_by(|a, b| a == b).map(|hits| hits.len() as f64 / self.count.max(1) as f64);
-        shares.map(|p| 1.0 - libm::pow(1.0 - p, draws as f64)).sum()
-    }
-}
-
-/// Patches of a set, drawn with replacement.
-fn draw(set: &PatchSet, count: usize, purpose: u64, random: Random) -> Vec<Patch> {
-    (0..count).map(|i| *set.get(random.below(set.len(), [purpose, i as u64, 0]))).collect()
-}
-
-/// Patches of both halves of the exemplar.
-fn exemplar_patches(halves: &[PatchSet; 2], count: usize, random: Random) -> Vec<Patch> {
-    let [a, b] = halves;
-    [draw(a, count, 22, random), draw(b, count, 23, random)].concat()
-}
-
-/// Patches across an axis at random places.
-fn axis_patches(voxels: &Voxels, axis: usize, transposed: bool, count: usize, random: Random) -> Vec<Patch> {
-    let (columns, rows) = in_plane(axis);
-    let (u, v) = if transposed { (rows, columns) } else { (columns, rows) };
-    let pick = |i: usize| {
-        let corner: [usize; 3] = std::array::from_fn(|c| {
-            let room = voxels.size[c] - if c == axis { 0 } else { EDGE - 1 };
-            random.below(room, [30 + axis as u64, i as u64, c as u64])
+    fn variation(&self, quality: &mut Quality) {
+        let fill = |to: &mut Likeness, [contrast, fine, sharpness]: [f64; 3]| {
+            (to.contrast, to.fine_contrast, to.sharpness) = (contrast, fine, sharpness);
+        };
+        let average = |ratios: &[[f64; 3]]| [0, 1, 2].map(|i| mean(ratios.iter().map(|r| r[i])));
+        let axis =
+            |axis: usize| Variation::of(&self.cuts.axis[axis]).ratios(&Variation::of([self.view(axis)]));
+        let own = |split: [[Pixels; 2]; 2]| {
+            let [a, b] = split.map(|half| Variation::of(&half));
+            a.ratios(&b).map(away_from_one)
+        };
+        let own = average(&self.views.iter().flat_map(Pixels::splits).map(own).collect::<Vec<_>>());
+        fill(&mut quality.axis, average(&[0, 1, 2].map(axis)));
+        // Nearest voxels of turned cuts are sharper at edges and less sharp within: so is the exemplar when turned.
+        let turned = self.views.iter().enumerate().flat_map(|(i, view)| {
+            let whole = [0, 0, view.width, view.height];
+            let edge = oblique_edge(view.width.min(view.height));
+            turned_squares(view, &[whole], edge, TURNS, (self.random, 10 + i as u64))
         });
-        patch(|column, row| {
-            let mut voxel = corner;
-            voxel[u] += column;
-            voxel[v] += row;
-            voxels.get(voxel)
-        })
-    };
-    (0..count).map(pick).collect()
-}
+        let turned = Variation::of(&turned.collect::<Vec<_>>());
+        fill(&mut quality.oblique, Variation::of(&self.cuts.oblique).ratios(&turned));
+        fill(&mut quality.axis_own, own);
+        fill(&mut quality.oblique_own, own);
+    }
 
-/// Patches of oblique planes at random places, from the nearest voxels.
-fn oblique_patches(voxels: &Voxels, count: usize, random: Random) -> Vec<Patch> {
-    // The corner of a patch is 2 √2 from its centre.
-    const MARGIN: usize = 3;
-    let planes: Vec<Plane> =
-        NORMALS.iter().filter_map(|&normal| Plane::new([0.0; 3], normal, 0.0, 1.0).ok()).collect();
-    let pick = |i: usize| {
-        let plane = planes.get(i % planes.len().max(1))?;
-        let center: [f64; 3] = std::array::from_fn(|c| {
-            let room = voxels.size[c] - 2 * MARGIN;
-            (MARGIN + random.below(room, [40, i as u64, c as u64])) as f64 + 0.5
-        });
-        let plane = Plane { center, ..*plane };
-        Some(patch(|column, row| {
-            let point = plane.point([EDGE as u32; 2], column as u32, row as u32);
-            voxels.get(std::array::from_fn(|c| (point[c].max(0.0) as usize).min(voxels.size[c] - 1)))
-        }))
-    };
-    (0..count).filter_map(pick).collect()
-}
+    fn structure(&self) -> Result<[Structure; 2], Cancelled> {
+        let shortest = self.shortest();
+        let across =
+            |axis: usize| axis_structure(&self.cuts.axis[axis], self.view(axis), shortest, self.control);
+        let axis = [across(0)?, across(1)?, across(2)?];
+        let edge = self.oblique_edge();
+        let against = |view| oblique_structure(&self.cuts.oblique, view, edge, self.control);
+        let oblique = self.views.iter().map(against).collect::<Result<Vec<_>, Cancelled>>()?;
+        Ok([mean_structure(&axis), mean_structure(&oblique)])
+    }
 
-/// Random numbers by key.
-#[derive(Clone, Copy)]
-pub(super) struct Random(pub u64);
+    fn wasserstein(&self, quality: &mut Quality) -> Result<(), Cancelled> {
+        let count = levels(self.oblique_edge().min(self.shortest() / 2));
+        let truth = pyramids(self.views, count);
+        let axis = [0, 1, 2].map(|a| pyramids(&self.cuts.axis[a], count));
+        let oblique = pyramids(&self.cuts.oblique, count);
+        check(self.control)?;
+        let samples = self.samples.min(4096);
+        // Sums over levels: across the axes, oblique, and between the halves.
+        let mut sums = [0.0; 3];
+        for level in 0..count {
+            let scales = scales(truth.iter().map(|pyramid| &pyramid[level]));
+            let draw = |areas: &_, transposed, key: u64| -> Vec<Vector> {
+                vectors(areas, &scales, transposed, samples, (self.random, key + 16 * level as u64))
+            };
+            let distance = |a: &[Vector], b: &[Vector]| sliced(a, b, self.random);
+            for (a, pyramids) in axis.iter().enumerate() {
+                check(self.control)?;
+                let view = truth.get(a).map_or(&truth[..1], std::slice::from_ref);
+                let expected = draw(&areas::whole(view, level), false, 0);
+                let found = [false, true].map(|t| draw(&areas::whole(pyramids, level), t, 1 + a as u64));
+                let [plain, turned] = found.map(|found| distance(&found, &expected));
+                sums[0] += plain.min(turned) / 3.0;
+            }
+            check(self.control)?;
+            let expected = draw(&areas::whole(&truth, level), false, 0);
+            sums[1] += distance(&draw(&areas::whole(&oblique, level), false, 4), &expected);
+            let own = truth.iter().flat_map(|pyramid| areas::splits(&pyramid[level]));
+            let own = own.map(|[a, b]| distance(&draw(&a, false, 5), &draw(&b, false, 6)));
+            sums[2] += mean(own);
+        }
+        let [axis, oblique, own] = sums.map(|sum| sum / count as f64 + WASSERSTEIN_FLOOR);
+        (quality.axis.wasserstein, quality.oblique.wasserstein) = (axis / own, oblique / own);
+        (quality.axis_own.wasserstein, quality.oblique_own.wasserstein) = (1.0, 1.0);
+        Ok(())
+    }
 
-impl Random {
-    /// A number below `n`, which must not be 0 (SplitMix64 over the key).
-    pub fn below(self, n: usize, key: [u64; 3]) -> usize {
-        let hash = key.iter().fold(self.0, |state, &k| {
-            let mut h = (state ^ k).wrapping_add(0x9e37_79b9_7f4a_7c15);
-            h = (h ^ h >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            h = (h ^ h >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-            h ^ h >> 31
-        });
-        ((u128::from(hash) * n as u128) >> 64) as usize
+    fn copies(&self, quality: &mut Quality) -> Result<(), Cancelled> {
+        let samples = (self.samples / 4).max(64);
+        let limits = [self.shortest(), self.oblique_edge()].map(|edge| (edge / 4).clamp(4, LONGEST_COPY));
+        let copy = |pictures: &[Pixels], places: &Places<'_>, limit: usize, key: u64| {
+            mean_copy(pictures, places, limit, samples, (self.random, key), self.control)
+        };
+        for axis in 0..3 {
+            let view = self.views.get(axis).map_or(&self.views[..1], std::slice::from_ref);
+            let found = copy(&self.cuts.axis[axis], &Places::of(view), limits[0], axis as u64)?;
+            quality.axis.copy = quality.axis.copy.max(found);
+        }
+        quality.oblique.copy = copy(&self.cuts.oblique, &Places::of(self.views), limits[1], 3)?;
+        for view in self.views {
+            let [[a, b], ..] = view.splits();
+            for (limit, own) in
+                limits.into_iter().zip([&mut quality.axis_own.copy, &mut quality.oblique_own.copy])
+            {
+                let both = copy(&a, &Places::of(&b), limit, 4)? + copy(&b, &Places::of(&a), limit, 5)?;
+                *own = own.max(both / 2.0);
+            }
+        }
+        quality.copy_limits = limits;
+        Ok(())
+    }
+
+    fn patches(&self, quality: &mut Quality) -> Result<(), Cancelled> {
+        let sampler = Sampler::new(self.views, self.voxels, self.samples, self.random, self.control)?;
+        let mut all = Found::default();
+        for axis in 0..3 {
+            let found = sampler.axis(axis)?;
+            quality.distances[axis] = found.distance(sampler.own_of(axis));
+            quality.completeness[axis] = found.completeness(sampler.own_of(axis));
+            all.add(&found);
+            self.control.progress(0.6 + 0.1 * axis as f32);
+        }
+        let fill = |to: &mut Likeness, found: &Found, own: &Matches| {
+            to.distance = found.distance(own);
+            to.completeness = found.completeness(sampler.own());
+            [to.coverage, to.source_entropy] = sampler.sources(found, own);
+        };
+        fill(&mut quality.axis, &all, sampler.own());
+        fill(&mut quality.oblique, &sampler.oblique()?, sampler.own_turned());
+        for to in [&mut quality.axis_own, &mut quality.oblique_own] {
+            (to.distance, to.completeness) = (sampler.worst, sampler.worst);
+            (to.coverage, to.source_entropy) = (1.0, 1.0);
+        }
+        Ok(())
     }
 }
 

@@ -54,24 +54,55 @@ impl Correlation {
 
     /// The same of the transposed pictures.
     pub fn transposed(&self) -> Self {
-        let reach = self.reach as i64;
-        let lags = (0..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
-        Self { reach: self.reach, values: lags.map(|(dx, dy)| self.at(dy, dx)).collect() }
+        Self { reach: self.reach, values: self.lags().map(|(dx, dy)| self.at(dy, dx)).collect() }
     }
 
     /// The root mean square difference over all lags.
     pub fn distance(&self, other: &Self) -> f64 {
-        let squares = self.values.iter().zip(&other.values).map(|(a, b)| (a - b) * (a - b));
-        libm::sqrt(squares.sum::<f64>() / self.values.len().max(1) as f64)
+        curve_distance(&self.values, &other.values)
+    }
+
+    fn lags(&self) -> impl Iterator<Item = (i64, i64)> {
+        let reach = self.reach as i64;
+        (0..=reach).flat_map(move |dy| (-reach..=reach).map(move |dx| (dx, dy)))
     }
 
     /// The most by which this exceeds another at a lag of at least `least` pixels along an axis.
     pub fn excess(&self, other: &Self, least: i64) -> f64 {
-        let reach = self.reach as i64;
-        let lags = (0..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| (dx, dy)));
-        let far = lags.filter(|&(dx, dy)| dx.abs().max(dy) >= least);
+        let far = self.lags().filter(|&(dx, dy)| dx.abs().max(dy) >= least);
         far.map(|(dx, dy)| self.at(dx, dy) - other.at(dx, dy)).fold(0.0, f64::max)
     }
+
+    /// The mean over all directions, for lags of 0, 1, … pixels (to the nearest).
+    pub fn radial(&self) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0); self.reach + 1];
+        for (dx, dy) in self.lags() {
+            let length = libm::round(libm::sqrt((dx * dx + dy * dy) as f64)) as usize;
+            if let Some((sum, count)) = sums.get_mut(length) {
+                *sum += self.at(dx, dy);
+                *count += 1.0;
+            }
+        }
+        sums.into_iter().map(|(sum, count)| sum / f64::max(count, 1.0)).collect()
+    }
+
+    /// The same with the mean over all directions in place of each.
+    pub fn isotropic(&self) -> Self {
+        let radial = self.radial();
+        let level = |(dx, dy): (i64, i64)| {
+            let length = libm::sqrt((dx * dx + dy * dy) as f64);
+            let (low, part) = (length as usize, length - libm::floor(length));
+            let near = |i: usize| radial.get(i).or(radial.last()).copied().unwrap_or(0.0);
+            near(low) * (1.0 - part) + near(low + 1) * part
+        };
+        Self { reach: self.reach, values: self.lags().map(level).collect() }
+    }
+}
+
+/// The root mean square difference of curves.
+pub(super) fn curve_distance(a: &[f64], b: &[f64]) -> f64 {
+    let squares: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum();
+    libm::sqrt(squares / a.len().min(b.len()).max(1) as f64)
 }
 
 #[cfg(test)]
@@ -95,5 +126,10 @@ mod tests {
         assert_eq!(upright.distance(&upright), 0.0);
         assert!(upright.distance(&leaning) > 0.2);
         assert!(leaning.excess(&upright, 3) > 0.9);
+        // Half of all directions along the stripes, half across: the rings of 4 mix both.
+        let radial = upright.radial();
+        assert!((radial[0] - 1.0).abs() < 0.05 && radial.len() == 9 && radial[4] > radial[2]);
+        assert!((upright.isotropic().at(0, 4) - radial[4]).abs() < 1e-12);
+        assert!((upright.isotropic().at(4, 0) - upright.isotropic().at(0, 4)).abs() < 1e-12);
     }
 }

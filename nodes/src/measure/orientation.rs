@@ -47,6 +47,22 @@ impl Orientations {
         Self(std::array::from_fn(|bin| self.0[(BINS + BINS / 2 - bin) % BINS]))
     }
 
+    /// The divergence of another distribution from this one after the turn, in steps of a bin, and the mirroring that make it
+    /// smallest: what a picture of unknown rotation can be held to.
+    pub fn divergence_turned(&self, found: &Self) -> f64 {
+        let versions = [found.clone(), found.transposed()];
+        let turned = versions.iter().flat_map(|version| {
+            (0..BINS).map(|turn| Self(std::array::from_fn(|bin| version.0[(bin + turn) % BINS])))
+        });
+        turned.map(|version| self.divergence(&version)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The share of each bin, from gradients along x on.
+    pub fn shares(&self) -> Vec<f64> {
+        let sum = self.0.iter().sum::<f64>().max(1e-9);
+        (0..BINS).map(|bin| self.0[(bin + BINS / 2) % BINS] / sum).collect()
+    }
+
     /// The Kullback-Leibler divergence of another distribution from this one, in nats; 0 is the same.
     pub fn divergence(&self, found: &Self) -> f64 {
         let shares = |of: &Self| {
@@ -79,5 +95,8 @@ mod tests {
         assert!(upright.transposed().divergence(&waves(0.0, 0.5)) < 0.05);
         let (falling, rising) = (waves(0.4, 0.4), waves(0.4, -0.4));
         assert!(falling.divergence(&rising) > 2.0 && falling.transposed().divergence(&falling) < 0.05);
+        assert!(upright.divergence_turned(&falling) < 0.1);
+        assert_eq!(upright.shares().len(), 16);
+        assert!(upright.shares()[0] > 0.5);
     }
 }

@@ -2,6 +2,9 @@
 
 use crate::data::{Image, Map, Volume};
 
+/// The ways of pairing four quadrants, which count along rows.
+pub(super) const PAIRS: [[[usize; 2]; 2]; 3] = [[[0, 3], [1, 2]], [[0, 1], [2, 3]], [[0, 2], [1, 3]]];
+
 /// A plain RGB picture.
 pub(super) struct Pixels {
     pub width: usize,
@@ -18,6 +21,25 @@ impl Pixels {
 
     pub fn get(&self, x: usize, y: usize) -> [u8; 3] {
         self.data[y * self.width + x]
+    }
+
+    /// A part, which must be inside.
+    pub fn cut(&self, [x, y]: [usize; 2], [width, height]: [usize; 2]) -> Self {
+        let rows = (y..y + height).flat_map(|row| &self.data[row * self.width + x..][..width]);
+        Self { width, height, data: rows.copied().collect() }
+    }
+
+    /// The quadrants in two disjoint halves, in all three ways, opposite quadrants first.
+    pub fn splits(&self) -> [[[Self; 2]; 2]; 3] {
+        let size = [self.width / 2, self.height / 2];
+        let quadrant = |i: usize| self.cut([i % 2 * size[0], i / 2 * size[1]], size);
+        PAIRS.map(|split| split.map(|half| half.map(quadrant)))
+    }
+
+    /// Squares of this edge in the corners.
+    pub fn corners(&self, edge: usize) -> [Self; 4] {
+        let (w, h) = (self.width - edge, self.height - edge);
+        [[0, 0], [w, 0], [0, h], [w, h]].map(|at| self.cut(at, [edge; 2]))
     }
 }
 

@@ -4,10 +4,11 @@ use flate2::read::GzDecoder;
 use proptest::prelude::*;
 
 use super::{bytes, export, floats, labels, volume};
-use crate::data::{Map, Report, Samples, Volume};
+use crate::data::{Map, Report, Row, Samples, Volume};
 use crate::io::{
     Encoding, Integers, NrrdEncoding, ReadError, ReadLimits, VolumeOptions, atlas_grid, decode_image,
-    decode_npy, decode_nrrd, report_csv, report_text, write_atlas, write_npy, write_nrrd, write_tiff,
+    decode_npy, decode_nrrd, range_text, report_csv, report_json, report_text, write_atlas, write_npy,
+    write_nrrd, write_tiff,
 };
 
 fn npy_bytes(volume: &Volume) -> Vec<u8> {
@@ -370,12 +371,39 @@ fn nrrd_gzip_holds_the_samples() {
 }
 
 #[test]
+fn reports_tell_references_and_ranges() {
+    let mut report = Report::new("quality");
+    let row = Row {
+        name: "a".into(),
+        value: 0.5,
+        unit: "nats".into(),
+        reference: Some(0.25),
+        good: Some([0.0, 1.5]),
+    };
+    report.rows.push(row.clone());
+    report.rows.push(Row { name: "bc".into(), value: 3.0, good: Some([0.8, f64::INFINITY]), ..row.clone() });
+    report.rows.push(Row { name: "d".into(), value: -2.0, reference: None, good: Some([-1.0, 1.0]), ..row });
+    assert_eq!(
+        report_text(&report),
+        "quality\n\
+         a   0.5000    (0.2500)  good up to 1.5  nats\n\
+         bc       3    (0.2500)  good from 0.8   nats\n\
+         d       -2 !            good -1 to 1    nats\n"
+    );
+    let json: serde_json::Value = serde_json::from_str(&report_json(&report)).unwrap();
+    assert_eq!(json["rows"][1]["good"], serde_json::json!([0.8, null]));
+    assert_eq!((&json["rows"][2]["flagged"], &json["rows"][0]["reference"]), (&true.into(), &0.25.into()));
+    assert!(report_csv(&report).contains("\nd,-2,nats,,-1,1\r\n"));
+    assert_eq!(range_text([0.01, 0.025]), "0.01 to 0.025");
+}
+
+#[test]
 fn reports_are_tables() {
     let mut report = Report::new("candidates");
     report.row("kept, in all", 12.0, "").row("say \"mean\"", f64::NAN, "levels");
     assert_eq!(
         report_csv(&report),
-        "name,value,unit\r\n\"kept, in all\",12,\r\n\"say \"\"mean\"\"\",NaN,levels\r\n"
+        "name,value,unit,reference,low,high\r\n\"kept, in all\",12,,,,\r\n\"say \"\"mean\"\"\",NaN,levels,,,\r\n"
     );
     assert_eq!(report_text(&report), "candidates\nkept, in all   12\nsay \"mean\"    NaN  levels\n");
     let folder = tempfile::tempdir().unwrap();
