@@ -59,6 +59,23 @@ fn matches_avx2<const D: usize>(search: &Direction<'_>, voxels: &[u32], out: &mu
 /// Entries of the table of candidates seen, which saves most of the repeated ones.
 const SEEN: usize = 512;
 
+/// Adds a candidate to the list unless it is there already. Without a branch, since nobody could foretell it.
+#[inline(always)]
+fn propose(
+    candidates: &mut [Pixel],
+    count: &mut usize,
+    seen: &mut [u32; SEEN],
+    epoch: u32,
+    candidate: Pixel,
+) {
+    let slot = &mut seen[(u32::from(candidate).wrapping_mul(40_503) >> 5) as usize % SEEN];
+    let tag = epoch | u32::from(candidate);
+    let new = *slot != tag;
+    *slot = tag;
+    candidates[*count] = candidate;
+    *count += usize::from(new);
+}
+
 // Written with plain loops: a closure would be compiled without the instruction set and not inlined.
 #[inline(always)]
 fn matches<const D: usize>(search: &Direction<'_>, voxels: &[u32], out: &mut [Match], wide: bool) {
@@ -82,6 +99,7 @@ fn matches<const D: usize>(search: &Direction<'_>, voxels: &[u32], out: &mut [Ma
     let sets: &[Pixel] = search.sets.map_or(&[], |sets| &sets.views[view]);
     let mut samples = vec![0i16; window.pixels() * 4];
     let mut seen = [0u32; SEEN];
+    let mut candidates: Vec<Pixel> = vec![0; window.pixels() * k + 1];
     let mut distances = Vec::new();
     for (i, (&voxel, out)) in voxels.iter().zip(out).enumerate() {
         let voxel = voxel as usize;
@@ -111,6 +129,7 @@ fn matches<const D: usize>(search: &Direction<'_>, voxels: &[u32], out: &mut [Ma
             }
         } else {
             let epoch = (i as u32 + 1) << 16;
+            let mut count = 0;
             for (r, &row) in rows.iter().enumerate() {
                 let across = r as i32 - before;
                 for (c, &place) in columns.iter().enumerate() {
@@ -126,25 +145,21 @@ fn matches<const D: usize>(search: &Direction<'_>, voxels: &[u32], out: &mut [Ma
                     }
                     let at = (line * table.width + column) as usize;
                     let near = along.abs() <= search.reach && across.abs() <= search.reach;
-                    let itself = [(column | line << 8) as Pixel];
-                    let proposed =
-                        if near && !sets.is_empty() { &sets[at * k..at * k + k] } else { &itself[..] };
-                    for &candidate in proposed {
-                        let slot =
-                            &mut seen[(u32::from(candidate).wrapping_mul(40_503) >> 5) as usize % SEEN];
-                        let tag = epoch | u32::from(candidate);
-                        if *slot == tag {
-                            continue;
+                    if near && !sets.is_empty() {
+                        for &candidate in &sets[at * k..at * k + k] {
+                            propose(&mut candidates, &mut count, &mut seen, epoch, candidate);
                         }
-                        *slot = tag;
-                        let at =
-                            usize::from(candidate >> 8) * table.width as usize + usize::from(candidate & 255);
-                        let found = distance::<D>(&query, &table.table[at * D..at * D + D], wide);
-                        let weighted = (u64::from(found) + 1) * u64::from(search.weights[at]);
-                        if weighted < cost {
-                            (best, cost, nearest) = (candidate, weighted, found);
-                        }
+                    } else {
+                        propose(&mut candidates, &mut count, &mut seen, epoch, (column | line << 8) as Pixel);
                     }
+                }
+            }
+            for &candidate in &candidates[..count] {
+                let at = usize::from(candidate >> 8) * table.width as usize + usize::from(candidate & 255);
+                let found = distance::<D>(&query, &table.table[at * D..at * D + D], wide);
+                let weighted = (u64::from(found) + 1) * u64::from(search.weights[at]);
+                if weighted < cost {
+                    (best, cost, nearest) = (candidate, weighted, found);
                 }
             }
             if cost == u64::MAX {

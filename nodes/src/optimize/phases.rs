@@ -29,7 +29,7 @@ impl Phases {
         phases.par_chunks_mut(width).enumerate().for_each(|(row, phases)| {
             let (y, z) = ((row % height) as i32, (row / height) as i32);
             for (x, phase) in phases.iter_mut().enumerate() {
-                *phase = (hash(seed, purpose, [x as i32, y, z]) % PHASES as u32) as u8;
+                *phase = (hash(seed, purpose, [x as i32 / 2, y / 2, z / 2]) % PHASES as u32) as u8;
             }
         });
         let mut starts = vec![0; PHASES + 1];
