@@ -50,7 +50,10 @@ const PRESETS: &[Preset] = presets![
     "wood_views",
     "cut_mesh",
     "compare_volume",
-    "optimize_volume"
+    "optimize_volume",
+    "optimize_painted",
+    "optimize_ablations",
+    "kopf_volume"
 ];
 
 const ASSETS: &[Asset] = assets![
@@ -67,6 +70,7 @@ const ASSETS: &[Asset] = assets![
     "cobbles/roughness_128.png",
     "granite/color_128.png",
     "granite/volume_32.nrrd",
+    "groups/optimize_level.ron",
     "spot/spot.glb",
     "wood/view_x_128.png",
     "wood/view_y_128.png",

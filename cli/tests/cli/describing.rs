@@ -9,9 +9,19 @@ use crate::support::Place;
 fn presets_are_described_with_all_that_they_expose() {
     let place = Place::new();
     let list = place.breccia(&["presets"]).stdout;
-    for preset in
-        ["lazy_volume", "lazy_mesh", "lazy_slice", "pbr_mesh", "wood_views", "cut_mesh", "compare_volume"]
-    {
+    for preset in [
+        "lazy_volume",
+        "lazy_mesh",
+        "lazy_slice",
+        "pbr_mesh",
+        "wood_views",
+        "cut_mesh",
+        "compare_volume",
+        "optimize_volume",
+        "optimize_painted",
+        "optimize_ablations",
+        "kopf_volume",
+    ] {
         assert!(list.contains(preset), "{list}");
         let text = place.breccia(&["presets", preset]).stdout;
         for part in ["Inputs", "Parameters", "Outputs", "  seed = 1 (", "  preview (image:", "Example"] {

@@ -1,4 +1,4 @@
-//! How fast the lazy synthesis is, stage by stage, on exemplars and meshes made here.
+//! How fast the syntheses are, stage by stage, on exemplars and meshes made here.
 //!
 //! `cargo bench --profile dev -p breccia-nodes` measures (the dev profile is an optimised one), with a filter such as
 //! `-- slice_on_demand` a part of it. `cargo test -p breccia-nodes --bench speed` runs each benchmark once
@@ -7,6 +7,7 @@
 mod bake;
 mod lazy_synthesis;
 mod material;
+mod optimize;
 mod precompute;
 mod slice_on_demand;
 

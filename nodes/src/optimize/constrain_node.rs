@@ -108,5 +108,5 @@ fn nearest(view: &LevelView, color: [u8; 3]) -> Pixel {
         |texel: &[u8; 4]| -> i32 { (0..3).map(|c| (i32::from(texel[c]) - i32::from(color[c])).pow(2)).sum() };
     let best =
         view.texels.iter().enumerate().min_by_key(|(_, texel)| gap(texel)).map_or(0, |(i, _)| i as i32);
-    (best % view.width | (best / view.width) << 8) as Pixel
+    ((best % view.width) | ((best / view.width) << 8)) as Pixel
 }

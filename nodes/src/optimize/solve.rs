@@ -254,8 +254,8 @@ fn solve_any(job: &Job<'_>, voxels: &[u32], out: &mut [Solved]) {
                     let texel = table.texels[index];
                     let weight =
                         job.distance_weights[usize::from(matched.codes[at]) & (CODES - 1)] * texel.weight;
-                    for channel in 0..4 {
-                        sums[channel] += weight * f32::from(texel.color[channel]);
+                    for (sum, channel) in sums.iter_mut().zip(texel.color) {
+                        *sum += weight * f32::from(channel);
                     }
                     total += weight;
                     if let Some(overlap) = next.next() {

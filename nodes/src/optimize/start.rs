@@ -24,7 +24,7 @@ pub fn start(size: [usize; 3], level: usize, views: &[LevelView], seed: u64) -> 
     for i in 0..voxels {
         let place = [i % width, i / width % height, i / width / height].map(|c| c as i32);
         let draw =
-            |purpose: u32, count: i32| (u64::from(hash(seed, purpose, place)) * count as u64 >> 32) as i32;
+            |purpose: u32, count: i32| ((u64::from(hash(seed, purpose, place)) * count as u64) >> 32) as i32;
         let chosen = draw(PURPOSE, views.len() as i32) as usize;
         for (v, view) in views.iter().enumerate() {
             let purpose = PURPOSE + 1 + 2 * v as u32;

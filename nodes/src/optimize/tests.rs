@@ -1,1 +1,306 @@
+//! Search and solve against plain tellings of the same, and properties of whole optimisations.
 
+use super::matches as codes;
+use super::search::search_with;
+use super::solve::solve_with;
+use super::*;
+use crate::data::{Image, Samples};
+use crate::lazy::random::hash;
+use crate::lazy::{LevelView, Pixel, Pyramid, available_instruction_sets};
+use crate::search::{Keep, Patches, SimilarSets, Window, patch_basis, patches, similar_sets};
+use breccia_engine::Data;
+
+fn view(width: i32, height: i32, tileable: bool, seed: u64) -> LevelView {
+    let texels = (0..width * height)
+        .map(|i| {
+            let (x, y) = (i % width, i / width);
+            // Blobs, with some noise on top.
+            let blob = ((x / 4) * 37 + (y / 5) * 91 + (x / 4) * (y / 5) * 13) % 200;
+            let noise = (hash(seed, 1, [x, y, 0]) % 40) as i32;
+            [(blob + noise) as u8, (200 - blob + noise / 2) as u8, (noise * 3) as u8, (blob / 2) as u8]
+        })
+        .collect();
+    LevelView { width, height, tileable, texels }
+}
+
+struct Scene {
+    pyramid: Pyramid,
+    patches: Patches,
+    sets: SimilarSets,
+    field: Field,
+}
+
+fn scene(views: Vec<LevelView>, window: i32, size: [usize; 3]) -> Scene {
+    let pyramid = Pyramid { levels: vec![views] };
+    let keep = Keep { dims: 16, variance: 1.0 };
+    let basis = patch_basis(&pyramid, 0, Window { size: window }, keep, &()).unwrap();
+    let patches = patches(&pyramid, &basis, &()).unwrap();
+    let sets = similar_sets(&patches, 4, 1, &()).unwrap();
+    let field = start(size, 0, &pyramid.levels[0], 5);
+    Scene { pyramid, patches, sets, field }
+}
+
+fn scenes() -> Vec<Scene> {
+    let three = (0..3).map(|i| view(20 + i, 24 - i, i == 1, i as u64)).collect();
+    vec![
+        scene(vec![view(24, 20, false, 1)], 5, [13, 10, 9]),
+        scene(vec![view(16, 16, true, 2)], 4, [8, 12, 10]),
+        scene(three, 6, [9, 11, 8]),
+    ]
+}
+
+fn settings(method: Method) -> SearchSettings {
+    SearchSettings { method, reach: 1, index: 4.0, directions: [true; 3], seed: 3, sweep: 1 }
+}
+
+fn solving(solver: Solver) -> SolveSettings {
+    let weights = WeightSettings { position: 100.0, smoothing: 1, color: 200.0 };
+    SolveSettings { solver, gamma: 0.8, weights, seed: 3, sweep: 1 }
+}
+
+/// Where a direction's window lies: the voxel so many columns and rows away.
+fn away(size: [usize; 3], voxel: [usize; 3], direction: usize, along: i32, across: i32) -> usize {
+    let mut at = voxel.map(|c| c as i32);
+    at[(direction + 1) % 3] += along;
+    at[(direction + 2) % 3] += across;
+    let [x, y, z] = std::array::from_fn(|a| at[a].rem_euclid(size[a] as i32) as usize);
+    (z * size[1] + y) * size[0] + x
+}
+
+fn voxels(size: [usize; 3]) -> impl Iterator<Item = (usize, [usize; 3])> {
+    let [w, h, d] = size;
+    (0..w * h * d).map(move |i| (i, [i % w, i / w % h, i / (w * h)]))
+}
+
+/// The squared distance of a voxel's window to a pixel's, in the basis, told plainly.
+fn plain_distance(scene: &Scene, direction: usize, voxel: [usize; 3], pixel: Pixel) -> u32 {
+    let v = scene.patches.view(direction);
+    let basis = &scene.patches.basis;
+    let mut samples = Vec::new();
+    for (c, r) in scene.patches.window().offsets() {
+        samples.extend(scene.field.colors[away(scene.field.size, voxel, direction, c, r)].map(i32::from));
+    }
+    let level = &scene.pyramid.levels[0][v];
+    let stored = scene.patches.views[v].coefficients(level.index(pixel));
+    let mut sum = 0i64;
+    for (d, &stored) in stored.iter().enumerate() {
+        let mut coefficient = basis.bias[v][d];
+        for (i, sample) in samples.iter().enumerate() {
+            coefficient += sample * i32::from(basis.weights[v][i / 2 * 2 * basis.dims + d * 2 + i % 2]);
+        }
+        sum += (i64::from(coefficient >> 10) - i64::from(stored)).pow(2);
+    }
+    sum as u32
+}
+
+#[test]
+fn an_exhaustive_search_finds_the_nearest_of_all() {
+    for scene in scenes() {
+        let plain = SearchSettings { index: 0.0, ..settings(Method::Exhaustive) };
+        let matches = search(&scene.field, &scene.patches, None, None, &plain, &()).unwrap();
+        for (i, voxel) in voxels(scene.field.size).step_by(7) {
+            for direction in 0..3 {
+                let view = &scene.pyramid.levels[0][scene.patches.view(direction)];
+                let centres = scene.patches.window().pixels_of(view);
+                let least =
+                    centres.iter().map(|&p| plain_distance(&scene, direction, voxel, p)).min().unwrap();
+                let found = matches.directions[direction].pixels[i];
+                assert!(centres.contains(&found));
+                assert_eq!(plain_distance(&scene, direction, voxel, found), least);
+                assert_eq!(matches.directions[direction].codes[i], codes::code(least));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_coherent_search_takes_the_nearest_of_what_is_proposed() {
+    for scene in scenes() {
+        let plain = SearchSettings { index: 0.0, ..settings(Method::Coherent) };
+        let matches = search(&scene.field, &scene.patches, Some(&scene.sets), None, &plain, &()).unwrap();
+        for (i, voxel) in voxels(scene.field.size).step_by(11) {
+            for direction in 0..3 {
+                let v = scene.patches.view(direction);
+                let view = &scene.pyramid.levels[0][v];
+                let window = scene.patches.window();
+                let centres = window.pixels_of(view);
+                let mut proposed = Vec::new();
+                for (c, r) in window.offsets() {
+                    let source = scene.field.sources[v][away(scene.field.size, voxel, direction, c, r)];
+                    let (mut x, mut y) = (i32::from(source & 255) - c, i32::from(source >> 8) - r);
+                    if view.tileable {
+                        (x, y) = (x.rem_euclid(view.width), y.rem_euclid(view.height));
+                    }
+                    if x < 0 || y < 0 || !centres.contains(&((x | y << 8) as Pixel)) {
+                        continue;
+                    }
+                    let at = (y * view.width + x) as usize;
+                    let whole = c.abs() <= 1 && r.abs() <= 1;
+                    proposed.extend(&scene.sets.views[v][at * 4..at * 4 + if whole { 4 } else { 1 }]);
+                }
+                let found = matches.directions[direction].pixels[i];
+                let Some(least) = proposed.iter().map(|&p| plain_distance(&scene, direction, voxel, p)).min()
+                else {
+                    continue;
+                };
+                assert_eq!(plain_distance(&scene, direction, voxel, found), least);
+                assert!(proposed.contains(&found));
+            }
+        }
+    }
+}
+
+#[test]
+fn colours_are_the_mean_of_what_overlaps_or_the_texel_nearest_to_it() {
+    for scene in scenes() {
+        let views = &scene.pyramid.levels[0];
+        let matches =
+            search(&scene.field, &scene.patches, None, None, &settings(Method::Exhaustive), &()).unwrap();
+        let weights = WeightSettings { position: 0.0, smoothing: 0, color: 0.0 };
+        let plain = SolveSettings { weights, ..solving(Solver::Mean) };
+        let mean = solve(&matches, views, Some(&scene.field), None, &plain, &()).unwrap();
+        let discrete = SolveSettings { solver: Solver::Discrete, ..plain };
+        let discrete = solve(&matches, views, Some(&scene.field), None, &discrete, &()).unwrap();
+        for (i, voxel) in voxels(scene.field.size) {
+            let (mut sums, mut total) = ([0.0; 4], 0.0);
+            let mut texels = Vec::new();
+            for direction in 0..3 {
+                let v = direction.min(views.len() - 1);
+                let view = &views[v];
+                for (c, r) in matches.window.offsets() {
+                    let at = away(matches.size, voxel, direction, -c, -r);
+                    let pixel = matches.directions[direction].pixels[at];
+                    let texel = view.texel(i32::from(pixel & 255) + c, i32::from(pixel >> 8) + r);
+                    let distance = codes::decode(usize::from(matches.directions[direction].codes[at]));
+                    let weight = ((distance + 16.0) / 16.0).powf(-0.6);
+                    (0..4).for_each(|k| sums[k] += weight * f64::from(texel[k]));
+                    total += weight;
+                    texels.push((v, texel));
+                }
+            }
+            let expected = sums.map(|sum| sum / total);
+            for k in 0..4 {
+                assert!((f64::from(mean.colors[i][k]) - expected[k]).abs() < 0.51, "{expected:?}");
+            }
+            let gap =
+                |texel: [u8; 4]| -> f64 { (0..4).map(|k| (f64::from(texel[k]) - expected[k]).powi(2)).sum() };
+            let least = texels.iter().map(|&(_, texel)| gap(texel)).fold(f64::INFINITY, f64::min);
+            assert!(gap(discrete.colors[i]) <= least + 0.01);
+            let v = discrete.view_of(i);
+            assert_eq!(views[v].texels[views[v].index(discrete.sources[v][i])], discrete.colors[i]);
+        }
+    }
+}
+
+#[test]
+fn instruction_sets_and_threads_do_not_show() {
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let (one, three) = (pool(1), pool(3));
+    for scene in scenes() {
+        for method in [Method::Coherent, Method::Exhaustive] {
+            let run = |isa, pool: &rayon::ThreadPool| {
+                pool.install(|| {
+                    let (sets, set) = (Some(&scene.sets), settings(method));
+                    let matches =
+                        search_with(isa, &scene.field, &scene.patches, sets, None, &set, &()).unwrap();
+                    let (views, set) = (&scene.pyramid.levels[0], solving(Solver::Discrete));
+                    let field =
+                        solve_with(isa, &matches, views, Some(&scene.field), None, &set, &()).unwrap();
+                    (matches, field)
+                })
+            };
+            let expected = run(crate::lazy::Isa::Portable, &one);
+            for isa in available_instruction_sets() {
+                assert!(run(isa, &one) == expected && run(isa, &three) == expected, "{isa:?}");
+            }
+        }
+    }
+}
+
+fn optimised(scene: &Scene, index: f64, position: f64, theta: Option<&ControlMap>, sweeps: u32) -> Field {
+    let mut field = scene.field.clone();
+    for sweep in 0..sweeps {
+        let set = SearchSettings { index, sweep, ..settings(Method::Exhaustive) };
+        let matches = search(&field, &scene.patches, None, theta, &set, &()).unwrap();
+        let weights = WeightSettings { position, smoothing: 0, color: 0.0 };
+        let set = SolveSettings { weights, sweep, ..solving(Solver::Discrete) };
+        field = solve(&matches, &scene.pyramid.levels[0], Some(&field), theta, &set, &()).unwrap();
+    }
+    field
+}
+
+fn unused(scene: &Scene, field: &Field) -> f64 {
+    let level = &scene.pyramid.levels[0][0];
+    let counts = histogram::counts(field, Histogram::Position, 0, level);
+    counts.iter().filter(|&&n| n == 0).count() as f64 / counts.len() as f64
+}
+
+#[test]
+fn histograms_keep_the_whole_exemplar_in_use() {
+    let scene = scene(vec![view(20, 20, true, 1)], 5, [20, 20, 20]);
+    let (none, both) = (optimised(&scene, 0.0, 0.0, None, 6), optimised(&scene, 8.0, 300.0, None, 6));
+    let (none, both) = (unused(&scene, &none), unused(&scene, &both));
+    assert!(both < none / 2.0, "{both} with both, {none} with none");
+}
+
+#[test]
+fn a_control_map_says_what_appears_more() {
+    let scene = scene(vec![view(20, 20, true, 1)], 5, [16, 16, 16]);
+    let image = Image::from_fn(40, 40, |x, _| [if x < 20 { 250 } else { 25 }]);
+    let map = ControlMap::new(&image, &scene.pyramid, 0).unwrap();
+    let left = |field: &Field| {
+        field.sources[0].iter().filter(|&&source| source & 255 < 10).count() as f64 / field.voxels() as f64
+    };
+    let even = left(&optimised(&scene, 8.0, 300.0, None, 5));
+    let more = left(&optimised(&scene, 8.0, 300.0, Some(&map), 5));
+    assert!((0.35..0.65).contains(&even) && more > even + 0.15, "{even} without, {more} with the map");
+    let black = Image::from_fn(8, 8, |_, _| [0]);
+    let error = ControlMap::new(&black, &scene.pyramid, 0).unwrap_err().to_string();
+    assert!(error.contains("8 × 8") && error.contains("black"), "{error}");
+    let nan = Image::new(1, 1, 1, Samples::F32(vec![f32::NAN])).unwrap();
+    assert!(ControlMap::new(&nan, &scene.pyramid, 0).unwrap_err().to_string().contains("(0, 0)"));
+}
+
+#[test]
+fn children_match_the_children_of_what_their_parents_matched() {
+    let scene = scene(vec![view(24, 20, true, 1)], 4, [6, 5, 7]);
+    let mut coarse =
+        search(&scene.field, &scene.patches, None, None, &settings(Method::Exhaustive), &()).unwrap();
+    coarse.level = 1;
+    let views = vec![view(48, 40, true, 1)];
+    let fine = upsample(&coarse, [12, 9, 14], &views, Window { size: 5 });
+    assert_eq!((fine.size, fine.level), ([12, 9, 14], 0));
+    for (i, [x, y, z]) in voxels(fine.size) {
+        let from = (z / 2 * 5 + y / 2) * 6 + x / 2;
+        // Direction y: columns along z, rows along x.
+        let parent = coarse.directions[1].pixels[from];
+        let expected = (2 * (parent & 255) + z as u16 % 2) | (2 * (parent >> 8) + x as u16 % 2) << 8;
+        assert_eq!(fine.directions[1].pixels[i], expected);
+    }
+}
+
+#[test]
+fn fields_and_matches_read_back() {
+    for scene in scenes() {
+        let matches =
+            search(&scene.field, &scene.patches, None, None, &settings(Method::Exhaustive), &()).unwrap();
+        let field =
+            solve(&matches, &scene.pyramid.levels[0], None, None, &solving(Solver::Mean), &()).unwrap();
+        let (a, b) = (matches.encode().unwrap(), field.encode().unwrap());
+        assert!(Matches::decode(&a).unwrap() == matches && Field::decode(&b).unwrap() == field);
+        assert!(Matches::decode(&a[..a.len() - 1]).is_err() && Field::decode(&b[1..]).is_err());
+    }
+}
+
+#[test]
+fn directions_that_are_not_matched_do_not_count() {
+    let scene = scene(vec![view(20, 20, true, 1)], 4, [10, 8, 6]);
+    let set = SearchSettings { directions: [false, true, false], ..settings(Method::Exhaustive) };
+    let matches = search(&scene.field, &scene.patches, None, None, &set, &()).unwrap();
+    assert!(matches.directions[0].pixels.is_empty() && matches.directions[2].pixels.is_empty());
+    let field =
+        solve(&matches, &scene.pyramid.levels[0], None, None, &solving(Solver::Discrete), &()).unwrap();
+    // Every colour is one of the exemplar's.
+    let level = &scene.pyramid.levels[0][0];
+    assert!(field.colors.iter().zip(&field.sources[0]).all(|(c, &s)| *c == level.texels[level.index(s)]));
+}

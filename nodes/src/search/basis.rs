@@ -335,7 +335,7 @@ impl Data for PatchBasis {
             }
         }
         reader.end()?;
-        if dims % BLOCK != 0 || dims == 0 || basis.explained.len() != basis.kept.len() {
+        if !dims.is_multiple_of(BLOCK) || dims == 0 || basis.explained.len() != basis.kept.len() {
             return Err("no whole blocks of components".to_owned());
         }
         Ok(basis)

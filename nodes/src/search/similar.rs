@@ -143,7 +143,7 @@ impl Data for SimilarSets {
         let mut sets = Self { k, views: Vec::new() };
         for _ in 0..views {
             let view: Vec<Pixel> = reader.array()?;
-            if k == 0 || view.len() % k != 0 {
+            if k == 0 || !view.len().is_multiple_of(k) {
                 return Err("there are no whole sets".to_owned());
             }
             sets.views.push(view);
