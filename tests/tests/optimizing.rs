@@ -144,6 +144,7 @@ fn a_constant_exemplar_gives_a_constant_solid() {
 #[test]
 fn bad_input_is_named() {
     let mut nan = graph(&[]);
+    nan.set_input("mask", "").unwrap();
     let samples = (0..48 * 48 * 3).map(|i| if i == 1234 { f32::NAN } else { 0.5 }).collect();
     nan.bind_input("exemplar", Value::new(Image::new(48, 48, 3, Samples::F32(samples)).unwrap())).unwrap();
     let cases = [
