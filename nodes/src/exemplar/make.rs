@@ -40,7 +40,19 @@ pub fn make_exemplar(
 ) -> Result<Exemplar, ExemplarError> {
     let (width, height) = (color.width(), color.height());
     let aligned = maps.iter().copied().chain(mask.map(|m| ("mask", m))).chain(guide.map(|g| ("guide", g)));
-    for (name, map) in aligned {
+    for (name, map) in aligned.chain([("colour", color)]) {
+        if let Samples::F32(samples) = map.samples()
+            && let Some(at) = samples.iter().position(|sample| !sample.is_finite())
+        {
+            let pixel = at / map.channels();
+            let (x, y) = (pixel % map.width() as usize, pixel / map.width() as usize);
+            return Err(ExemplarError::NotFinite {
+                name: name.to_owned(),
+                value: samples[at].to_string(),
+                x,
+                y,
+            });
+        }
         if (map.width(), map.height()) != (width, height) {
             return Err(ExemplarError::Misaligned {
                 name: name.to_owned(),

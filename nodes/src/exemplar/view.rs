@@ -38,6 +38,18 @@ pub enum ExemplarError {
         /// What else would help.
         hint: &'static str,
     },
+    /// A sample that is no number.
+    #[error("the {name} holds {value} at pixel ({x}, {y}); expected finite numbers")]
+    NotFinite {
+        /// The map's name.
+        name: String,
+        /// What was found.
+        value: String,
+        /// Its column.
+        x: usize,
+        /// Its row.
+        y: usize,
+    },
     /// Views that carry different maps.
     #[error("the views carry different maps: {first} against {other}")]
     DifferentMaps {

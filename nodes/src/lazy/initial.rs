@@ -21,13 +21,15 @@ pub struct Initial {
     pub size: [i32; 2],
     /// Triples of the slab, x fastest, then y, then layers; empty means random pixels.
     pub slab: Vec<[Pixel; 3]>,
+    /// Whether the slab's layers lie exactly above each other, for structures that run along z.
+    pub aligned: bool,
     /// The distortion, if any.
     pub jitter: Option<Jitter>,
 }
 
 impl Initial {
-    /// The triple of an undistorted voxel. Every layer of five voxels is shifted in its plane by a hash, since
-    /// plain repetition shows as columns.
+    /// The triple of an undistorted voxel. Unless columns are what is wanted, every layer of five voxels is shifted in its
+    /// plane by a hash, since plain repetition shows as columns.
     pub(super) fn triple(&self, seed: u64, voxel: [i32; 3], views: [&LevelView; 3]) -> [Pixel; 3] {
         if self.slab.is_empty() {
             return std::array::from_fn(|e| {
@@ -40,7 +42,7 @@ impl Initial {
         }
         let [w, h] = self.size;
         let layer = voxel[2].div_euclid(LAYERS);
-        let shift = hash(seed, SHIFT, [0, 0, layer]);
+        let shift = hash(seed, SHIFT, [0, 0, if self.aligned { 0 } else { layer }]);
         let x = voxel[0].wrapping_add((shift & 0xffff) as i32).rem_euclid(w);
         let y = voxel[1].wrapping_add((shift >> 16) as i32).rem_euclid(h);
         self.slab[((voxel[2].rem_euclid(LAYERS) * h + y) * w + x) as usize]
@@ -69,7 +71,7 @@ impl Data for Initial {
 
     fn encode(&self) -> Option<Vec<u8>> {
         let mut out = Writer::new();
-        out.array(&self.size).array(&self.slab);
+        out.array(&self.size).array(&self.slab).u64(self.aligned.into());
         let jitter =
             self.jitter.map(|j| vec![j.amount, j.sigma_min, j.sigma_max, j.density]).unwrap_or_default();
         out.array(&jitter);
@@ -85,12 +87,13 @@ impl Data for Initial {
         {
             return Err("a slab does not fit its size".to_owned());
         }
+        let aligned = reader.u64()? != 0;
         let jitter = match reader.array::<f64>()?[..] {
             [] => None,
             [amount, sigma_min, sigma_max, density] => Some(Jitter { amount, sigma_min, sigma_max, density }),
             _ => return Err("a jitter is four numbers".to_owned()),
         };
         reader.end()?;
-        Ok(Self { size, slab, jitter })
+        Ok(Self { size, slab, aligned, jitter })
     }
 }

@@ -36,7 +36,7 @@ pub fn make_slab(pyramid: &Pyramid, candidates: &Candidates) -> Initial {
             }
         }
     }
-    Initial { size, slab, jitter: None }
+    Initial { size, slab, aligned: false, jitter: None }
 }
 
 pub(super) struct SlabNode;
@@ -45,7 +45,7 @@ impl Node for SlabNode {
     fn spec(&self) -> NodeSpec {
         NodeSpec::new(
             "lazy.slab",
-            1,
+            2,
             "What synthesis starts from: a candidate slab, or random pixels",
             "The best triple of every pixel of the exemplar normal to z, thickened to five layers. It is tiled through \
              the coarsest level, every layer of tiles shifted by a hash of the seed so that no columns appear.",
@@ -57,7 +57,11 @@ impl Node for SlabNode {
         .output("initial", "initial", "What synthesis starts from.")
         .choice(
             "start",
-            &[("slab", "Tiles of the candidate slab."), ("random", "Pixels chosen at random, for comparison.")],
+            &[
+                ("slab", "Tiles of the candidate slab, every layer shifted."),
+                ("aligned", "Tiles of the candidate slab, layers exactly above each other: for structures that run along z, as in a trunk."),
+                ("random", "Pixels chosen at random, for comparison."),
+            ],
             "What fills the coarsest level.",
         )
     }
@@ -66,7 +70,8 @@ impl Node for SlabNode {
         let pyramid = context.input::<Pyramid>("pyramid")?;
         let candidates = context.input::<Candidates>("candidates")?;
         let initial = match context.text("start")? {
-            "random" => Initial { size: [1, 1], slab: Vec::new(), jitter: None },
+            "random" => Initial { size: [1, 1], slab: Vec::new(), aligned: false, jitter: None },
+            "aligned" => Initial { aligned: true, ..make_slab(&pyramid, &candidates) },
             _ => make_slab(&pyramid, &candidates),
         };
         context.set("initial", initial);
