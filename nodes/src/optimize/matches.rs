@@ -11,7 +11,7 @@ use crate::search::Window;
 pub struct DirectionMatches {
     /// For every voxel the centre of the nearest neighbourhood.
     pub pixels: Vec<Pixel>,
-    /// For every voxel how far that is, see [`code`].
+    /// For every voxel how far that is, as the logarithm of the squared distance in steps of 1/64 of an octave at most.
     pub codes: Vec<u16>,
 }
 

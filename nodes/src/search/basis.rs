@@ -73,7 +73,7 @@ pub struct PatchBasis {
     pub level: usize,
     /// The neighbourhood.
     pub window: Window,
-    /// Components, a multiple of [`BLOCK`]; those beyond what is kept are zero.
+    /// Components, a multiple of 8; those beyond what is kept are zero.
     pub dims: usize,
     /// For each view the weights, `[pair of samples][component][sample of the pair]`.
     pub weights: Vec<Vec<i16>>,
