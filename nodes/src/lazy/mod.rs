@@ -51,6 +51,7 @@ pub use isa::{Isa, available as available_instruction_sets};
 pub use jitter::Jitter;
 pub use pyramid::{LEAST_SIDE, LevelView, N, Pixel, Pyramid};
 pub use schedule::{ColorRule, Schedule, Settings};
+pub(crate) use similarity::apart;
 pub use similarity::{Similarity, similarity_sets};
 pub use slab::make_slab;
 pub use solid::LazySolid;

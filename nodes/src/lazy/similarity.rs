@@ -81,7 +81,7 @@ fn view_sets(
 }
 
 /// The larger of the distances along x and y, around the edges if the picture continues there.
-pub(super) fn apart(view: &LevelView, a: Pixel, b: Pixel) -> i32 {
+pub(crate) fn apart(view: &LevelView, a: Pixel, b: Pixel) -> i32 {
     let along = |a: Pixel, b: Pixel, n: i32| {
         let d = (i32::from(a) - i32::from(b)).abs();
         if view.tileable { d.min(n - d) } else { d }

@@ -34,7 +34,7 @@ pub use field::{Field, level_size};
 pub use histogram::{Histogram, histogram_image};
 pub use matches::{DirectionMatches, Matches};
 pub use search::{Method, SearchSettings, search};
-pub use solid::{FieldSolid, SolidSettings, field_volume};
+pub use solid::{SolidSettings, field_volume};
 pub use solve::{SolveSettings, Solver, solve};
 pub use start::{start, upsample};
 pub use weights::WeightSettings;

@@ -7,8 +7,6 @@ use crate::lazy::Pyramid;
 
 use super::field::Field;
 
-pub use crate::solid::VolumeSolid as FieldSolid;
-
 /// What becomes of a field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolidSettings {

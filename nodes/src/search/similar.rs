@@ -8,7 +8,7 @@ use super::nearest::PatchTable;
 use super::patches::Patches;
 use crate::control::{Cancelled, Control, check};
 use crate::data::{Reader, Writer};
-use crate::lazy::{Isa, Pixel, available_instruction_sets};
+use crate::lazy::{Isa, Pixel, apart, available_instruction_sets};
 
 /// The similarity sets of all views at one level.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,15 +99,6 @@ fn smallest(distances: &[u32], count: usize, out: &mut Vec<(u32, u32)>) {
     }
     out.sort_unstable();
     out.truncate(count);
-}
-
-/// The larger of the distances along columns and rows, around the edges if the picture continues there.
-fn apart(view: &crate::lazy::LevelView, a: Pixel, b: Pixel) -> i32 {
-    let along = |a: Pixel, b: Pixel, n: i32| {
-        let d = (i32::from(a) - i32::from(b)).abs();
-        if view.tileable { d.min(n - d) } else { d }
-    };
-    along(a & 255, b & 255, view.width).max(along(a >> 8, b >> 8, view.height))
 }
 
 impl Data for SimilarSets {
