@@ -11,6 +11,7 @@ pub mod lazy;
 pub mod measure;
 pub mod mesh;
 pub mod optimize;
+pub mod particles;
 pub mod render;
 pub mod search;
 pub mod solid;
@@ -26,12 +27,14 @@ pub fn registry() -> Registry {
     registry.add_types(lazy::types());
     registry.add_types(search::types());
     registry.add_types(optimize::types());
+    registry.add_types(particles::types());
     for nodes in [
         io::nodes(),
         exemplar::nodes(),
         lazy::nodes(),
         search::nodes(),
         optimize::nodes(),
+        particles::nodes(),
         solid::nodes(),
         mesh::nodes(),
         measure::nodes(),

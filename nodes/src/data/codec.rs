@@ -111,3 +111,20 @@ impl<'a> Reader<'a> {
         if self.0.is_empty() { Ok(()) } else { Err(format!("{} bytes too many", self.0.len())) }
     }
 }
+
+/// The bytes of a value whose form is derived from its fields (postcard's wire format).
+pub fn pack<T: serde::Serialize>(value: &T) -> Option<Vec<u8>> {
+    postcard::to_stdvec(value).ok()
+}
+
+/// Reads what [`pack`] wrote; any damage is an error.
+///
+/// # Errors
+/// If the bytes are no such value, or bytes are left.
+pub fn unpack<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, String> {
+    match postcard::take_from_bytes(bytes) {
+        Ok((value, [])) => Ok(value),
+        Ok((_, rest)) => Err(format!("{} bytes too many", rest.len())),
+        Err(error) => Err(error.to_string()),
+    }
+}

@@ -10,7 +10,7 @@ mod solid;
 mod volume;
 mod voxels;
 
-pub use codec::{Reader, Writer};
+pub use codec::{Reader, Writer, pack, unpack};
 pub use curves::{Curves, Plot, Series};
 pub use image::{Image, ImageError, linear_to_srgb, srgb_to_linear};
 pub use mesh::Mesh;

@@ -9,6 +9,7 @@ mod views;
 pub use feature::{Feature, otsu_mask, signed_distance};
 pub use make::{MakeSettings, make_exemplar};
 pub use resize::halve;
+pub(crate) use resize::shrink;
 pub use view::{Exemplar, ExemplarError, MAX_SIDE, View};
 
 use breccia_engine::Node;

@@ -75,6 +75,8 @@ pub struct View {
     pub tileable: bool,
     /// Whether the feature channel comes from a mask or a guide that somebody made, not from a threshold.
     pub guided: bool,
+    /// Texels that a synthesis must not copy, row by row; empty if it may copy all of them.
+    pub barred: Vec<bool>,
 }
 
 impl View {
@@ -115,6 +117,7 @@ impl Data for Exemplar {
     fn byte_size(&self) -> u64 {
         let view = |view: &View| {
             view.texels.len() as u64 * 4
+                + view.barred.len() as u64
                 + view.carried.iter().map(|(_, image)| image.byte_size()).sum::<u64>()
         };
         self.views.iter().map(view).sum()
@@ -139,7 +142,8 @@ impl Data for Exemplar {
                 .u64(view.height.into())
                 .u64(view.tileable.into())
                 .u64(view.guided.into());
-            out.array(&view.texels).u64(view.carried.len() as u64);
+            let barred: Vec<u8> = view.barred.iter().map(|&b| u8::from(b)).collect();
+            out.array(&view.texels).bytes(&barred).u64(view.carried.len() as u64);
             for (name, image) in &view.carried {
                 out.text(name).bytes(&image.encode()?);
             }
@@ -153,7 +157,8 @@ impl Data for Exemplar {
         for _ in 0..reader.u64()? {
             let (width, height) = (reader.u32()?, reader.u32()?);
             let (tileable, guided) = (reader.u64()? != 0, reader.u64()? != 0);
-            let texels = reader.array()?;
+            let texels: Vec<[u8; 4]> = reader.array()?;
+            let barred: Vec<bool> = reader.bytes()?.iter().map(|&b| b != 0).collect();
             let mut carried = Vec::new();
             for _ in 0..reader.u64()? {
                 carried.push((reader.text()?, Image::decode(reader.bytes()?)?));
@@ -161,7 +166,10 @@ impl Data for Exemplar {
             if width == 0 || texels.len() as u64 != u64::from(width) * u64::from(height) {
                 return Err("a view's texels do not fit its size".to_owned());
             }
-            views.push(View { width, height, texels, carried, tileable, guided });
+            if !barred.is_empty() && barred.len() != texels.len() {
+                return Err("a view's barred texels do not fit its size".to_owned());
+            }
+            views.push(View { width, height, texels, carried, tileable, guided, barred });
         }
         reader.end()?;
         if views.len() == 1 || views.len() == 3 {

@@ -26,6 +26,8 @@ pub struct LevelView {
     pub tileable: bool,
     /// Colour and feature channel.
     pub texels: Vec<[u8; 4]>,
+    /// Pixels that a synthesis must not copy, row by row; empty if it may copy all of them.
+    pub barred: Vec<bool>,
 }
 
 impl LevelView {
@@ -74,10 +76,18 @@ impl LevelView {
         self.texels[(y * self.width + x) as usize]
     }
 
-    /// All pixels that can be centres of neighbourhoods, row by row.
+    /// Whether a synthesis may copy a pixel.
+    #[inline(always)]
+    pub fn is_free(&self, pixel: Pixel) -> bool {
+        self.barred.is_empty() || !self.barred[self.index(pixel)]
+    }
+
+    /// All pixels that can be centres of neighbourhoods, row by row: those that may be copied, if there are any.
     pub fn centres(&self) -> Vec<Pixel> {
         let m = self.margin();
-        (m..self.height - m).flat_map(|y| (m..self.width - m).map(move |x| (x | y << 8) as Pixel)).collect()
+        let all = (m..self.height - m).flat_map(|y| (m..self.width - m).map(move |x| (x | y << 8) as Pixel));
+        let free: Vec<Pixel> = all.clone().filter(|&pixel| self.is_free(pixel)).collect();
+        if free.is_empty() { all.collect() } else { free }
     }
 
     /// The 5 × 5 neighbourhood of a pixel, row by row.
@@ -126,11 +136,20 @@ impl Pyramid {
                     height: view.height as i32,
                     tileable: view.tileable,
                     texels: view.texels.clone(),
+                    barred: view.barred.clone(),
                 })
                 .collect(),
         ];
         for _ in 1..levels {
             let next = all[all.len() - 1].iter().map(|view| {
+                let barred: Vec<u8> = view.barred.iter().map(|&b| u8::from(b)).collect();
+                let barred = if barred.is_empty() {
+                    Vec::new()
+                } else {
+                    // One of four that may not be copied bars the pixel that they become.
+                    let grown: Vec<u8> = barred.iter().map(|&b| 4 * b).collect();
+                    halve(&grown, view.width as usize, view.height as usize, 1).0
+                };
                 let flat: &[u8] = bytemuck::cast_slice(&view.texels);
                 let (pixels, w, h) = halve(flat, view.width as usize, view.height as usize, 4);
                 LevelView {
@@ -138,6 +157,7 @@ impl Pyramid {
                     height: h as i32,
                     tileable: view.tileable,
                     texels: bytemuck::cast_slice(&pixels).to_vec(),
+                    barred: barred.iter().map(|&b| b > 0).collect(),
                 }
             });
             let next = next.collect();
@@ -175,6 +195,7 @@ impl Data for Pyramid {
         out.u64(self.levels.len() as u64).u64(self.levels.first().map_or(0, Vec::len) as u64);
         for view in self.levels.iter().flatten() {
             out.u64(view.width as u64).u64(view.height as u64).u64(view.tileable.into()).array(&view.texels);
+            out.bytes(&view.barred.iter().map(|&b| u8::from(b)).collect::<Vec<_>>());
         }
         Some(out.finish())
     }
@@ -187,11 +208,14 @@ impl Data for Pyramid {
             let mut level = Vec::new();
             for _ in 0..views {
                 let (width, height) = (reader.u32()? as i32, reader.u32()? as i32);
-                let view = LevelView { width, height, tileable: reader.u64()? != 0, texels: reader.array()? };
+                let (tileable, texels) = (reader.u64()? != 0, reader.array()?);
+                let barred = reader.bytes()?.iter().map(|&b| b != 0).collect();
+                let view = LevelView { width, height, tileable, texels, barred };
                 let sides = 1..=256;
                 if !sides.contains(&width)
                     || !sides.contains(&height)
                     || view.texels.len() != (width * height) as usize
+                    || !view.barred.is_empty() && view.barred.len() != view.texels.len()
                 {
                     return Err("a level's texels do not fit its size".to_owned());
                 }

@@ -74,7 +74,7 @@ pub(super) fn search_with(
         .map(|view| {
             (settings.method == Method::Exhaustive).then(|| {
                 let (width, height, tileable) = (view.width, view.height, view.tileable);
-                let level = LevelView { width, height, tileable, texels: Vec::new() };
+                let level = LevelView { width, height, tileable, texels: Vec::new(), barred: Vec::new() };
                 let centres = patches.window().pixels_of(&level);
                 let vectors: Vec<&[i16]> =
                     centres.iter().map(|&p| view.coefficients(level.index(p))).collect();

@@ -20,7 +20,7 @@ fn view(width: i32, height: i32, tileable: bool, seed: u64) -> LevelView {
             [(blob + noise) as u8, (200 - blob + noise / 2) as u8, (noise * 3) as u8, (blob / 2) as u8]
         })
         .collect();
-    LevelView { width, height, tileable, texels }
+    LevelView { width, height, tileable, texels, barred: Vec::new() }
 }
 
 struct Scene {

@@ -38,7 +38,7 @@ pub fn similar_sets(
             width: view.width,
             height: view.height,
             tileable: view.tileable,
-            texels: Vec::new(),
+            texels: Vec::new(), barred: Vec::new()
         };
         let window = patches.window();
         let centres = window.pixels_of(&level);
@@ -159,7 +159,7 @@ mod tests {
             })
             .collect();
         let pyramid =
-            Pyramid { levels: vec![vec![LevelView { width: 20, height: 20, tileable: false, texels }]] };
+            Pyramid { levels: vec![vec![LevelView { width: 20, height: 20, tileable: false, texels, barred: Vec::new() }]] };
         let window = Window { size: 4 };
         let basis = patch_basis(&pyramid, 0, window, Keep { dims: 16, variance: 1.0 }, &()).unwrap();
         let patches = patches(&pyramid, &basis, &()).unwrap();
