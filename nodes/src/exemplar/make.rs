@@ -147,7 +147,7 @@ impl Node for MakeExemplar {
     fn spec(&self) -> NodeSpec {
         let spec = NodeSpec::new(
             "exemplar.make",
-            3,
+            4,
             "An exemplar from a picture and its aligned maps",
             "The colour guides the matching. A mask (bright inside the features) is turned into a signed feature \
              distance that joins it as a fourth channel; so can any other map as `guide`. All further maps are carried: \

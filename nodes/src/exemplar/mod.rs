@@ -9,7 +9,9 @@ mod views;
 pub use feature::{Feature, otsu_mask, signed_distance};
 pub use make::{MakeSettings, make_exemplar};
 pub use resize::halve;
+pub(crate) use feature::feature_channel;
 pub(crate) use resize::shrink;
+pub(crate) use views::combine;
 pub use view::{Exemplar, ExemplarError, MAX_SIDE, View};
 
 use breccia_engine::Node;

@@ -9,7 +9,7 @@ use super::view::{Exemplar, ExemplarError};
 ///
 /// # Errors
 /// If they carry different maps.
-pub(super) fn combine(x: &Exemplar, y: &Exemplar, z: &Exemplar) -> Result<Exemplar, ExemplarError> {
+pub(crate) fn combine(x: &Exemplar, y: &Exemplar, z: &Exemplar) -> Result<Exemplar, ExemplarError> {
     let views = vec![x.view(0).clone(), transpose(y.view(1)), z.view(2).clone()];
     let names = |i: usize| {
         let infos = views[i].map_infos();

@@ -18,6 +18,20 @@ pub struct Dependency {
 
 /// What a level must compute so that `wanted` (wrapped already) is known after its last sub-pass.
 pub fn dependency(settings: &Settings, domain: &Domain, level: usize, wanted: &VoxelSet) -> Dependency {
+    match dependency_among(settings, domain, level, wanted, |step| Ok::<_, std::convert::Infallible>(step)) {
+        Ok(found) => found,
+        Err(never) => match never {},
+    }
+}
+
+/// As [`dependency`], where `free` leaves of a set of voxels those that are corrected at all.
+pub(super) fn dependency_among<E>(
+    settings: &Settings,
+    domain: &Domain,
+    level: usize,
+    wanted: &VoxelSet,
+    mut free: impl FnMut(VoxelSet) -> Result<VoxelSet, E>,
+) -> Result<Dependency, E> {
     let mut needed = wanted.clone();
     let mut corrected = Vec::new();
     for subset in settings.steps(level).iter().rev() {
@@ -27,11 +41,12 @@ pub fn dependency(settings: &Settings, domain: &Domain, level: usize, wanted: &V
                 step.insert_mask(brick, &std::array::from_fn(|z| mask[z] & subset[z]));
             }
         }
+        let step = free(step)?;
         needed.union(&dilate(&step, domain));
         corrected.push(step);
     }
     corrected.reverse();
-    Dependency { before: needed, corrected }
+    Ok(Dependency { before: needed, corrected })
 }
 
 /// The voxels of the next coarser level that a set of voxels descends from.

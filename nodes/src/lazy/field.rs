@@ -116,10 +116,13 @@ impl Field {
     }
 
     /// The start level before its first correction.
+    ///
+    /// Voxels that are not `free`, if that is given, take the pixels given with it.
     pub fn start(
         set: &VoxelSet,
         initial: &Initial,
         seed: u64,
+        free: Option<(&VoxelSet, [Pixel; 3])>,
         correction: &Correction<'_>,
         control: &dyn Control,
     ) -> Result<Self, Cancelled> {
@@ -128,7 +131,14 @@ impl Field {
         Self::build(set, control, |key, mask| {
             let moved = initial.jitter.map(|jitter| jitter.displacements(seed, domain, key));
             let mut brick = Brick::empty();
+            let open = free.map(|(free, _)| free.mask(key).copied().unwrap_or_default());
             for at in bits(mask) {
+                if let (Some(open), Some((_, taken))) = (open, free)
+                    && open[at >> 6] >> (at & 63) & 1 == 0
+                {
+                    brick.set(at, taken, level, color);
+                    continue;
+                }
                 let mut voxel = voxel_at(key, at);
                 if let Some(moved) = &moved {
                     (0..3).for_each(|i| voxel[i] = voxel[i].wrapping_add(moved[at][i]));

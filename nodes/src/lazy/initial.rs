@@ -4,7 +4,7 @@ use breccia_engine::{Data, Digest};
 
 use super::jitter::Jitter;
 use super::pyramid::{LevelView, Pixel};
-use super::random::hash;
+use super::random::{hash, mix};
 use crate::data::{Reader, Writer};
 
 const SHIFT: u32 = 1;
@@ -35,9 +35,14 @@ impl Initial {
             return std::array::from_fn(|e| {
                 let view = views[e];
                 let m = view.margin();
-                let h = hash(seed, RANDOM + e as u32, voxel);
                 let scale = |h: u32, n: i32| ((u64::from(h & 0xffff) * n as u64) >> 16) as i32;
-                view.pixel(m + scale(h, view.width - 2 * m), m + scale(h >> 16, view.height - 2 * m))
+                let draw = |h: u32| {
+                    view.pixel(m + scale(h, view.width - 2 * m), m + scale(h >> 16, view.height - 2 * m))
+                };
+                let first = hash(seed, RANDOM + e as u32, voxel);
+                // Of pixels that must not be copied, others are drawn; the search that follows finds the way out of the rest.
+                let draws = (0..32).map(|k| draw(if k == 0 { first } else { mix(first, k) }));
+                draws.into_iter().find(|&pixel| view.is_free(pixel)).unwrap_or_else(|| draw(first))
             });
         }
         let [w, h] = self.size;

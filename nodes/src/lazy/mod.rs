@@ -33,6 +33,7 @@ mod solid;
 mod statistics;
 mod synthesis_node;
 mod tables;
+mod taken;
 #[cfg(test)]
 mod tests;
 mod usage;
@@ -54,7 +55,7 @@ pub use schedule::{ColorRule, Schedule, Settings};
 pub(crate) use similarity::apart;
 pub use similarity::{Similarity, similarity_sets};
 pub use slab::make_slab;
-pub use solid::LazySolid;
+pub use solid::{LazySolid, TakenError};
 pub use statistics::candidate_statistics;
 pub use tables::Tables;
 pub use usage::{Usage, UsageSettings, balance_usage};

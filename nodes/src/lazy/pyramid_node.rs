@@ -11,7 +11,7 @@ impl Node for PyramidNode {
     fn spec(&self) -> NodeSpec {
         NodeSpec::new(
             "lazy.pyramid",
-            2,
+            3,
             "The exemplar at every level of resolution",
             "Every level halves the one before by averaging 2 × 2 pixels. Synthesis starts at the coarsest level, so \
              their number decides how large the structures are that it sees at the start.",

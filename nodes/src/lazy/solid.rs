@@ -7,10 +7,12 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::color::{Contrast, OneColor};
-use super::dependency::{dependency, parents};
+use super::dependency::{dependency, dependency_among, parents};
 use super::domain::Domain;
 use super::field::{Brick, Correction, Field, bits};
 use super::initial::Initial;
+use super::pyramid::{LevelView, Pixel};
+use super::taken::Taken;
 use super::isa::{Isa, available};
 use super::kernel::Weights;
 use super::per_level;
@@ -29,6 +31,7 @@ pub struct LazySolid {
     settings: Settings,
     isa: Isa,
     digest: Digest,
+    taken: Option<(Taken, [Pixel; 3])>,
     cache: Mutex<Vec<Cache>>,
 }
 
@@ -72,8 +75,27 @@ impl LazySolid {
             settings,
             isa: available().last().copied().unwrap_or(Isa::Portable),
             digest: hasher.finalize().into(),
+            taken: None,
             cache: Mutex::new((0..levels).map(|_| Cache::default()).collect()),
         }
+    }
+
+    /// Leaves voxels to another solid, white where it has them: they are never corrected, and to their neighbours they look like the
+    /// exemplar's barred pixels do.
+    ///
+    /// # Errors
+    /// If there is more than one level, or the exemplar bars no pixel.
+    pub fn with_taken(mut self, taken: Arc<dyn Solid>) -> Result<Self, TakenError> {
+        if self.tables.levels.len() > 1 {
+            return Err(TakenError::Levels(self.tables.levels.len()));
+        }
+        let marker = [0, 1, 2].map(|e| marker(&self.tables.levels[0].view(e).view));
+        let [Some(x), Some(y), Some(z)] = marker else { return Err(TakenError::NothingBarred) };
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&self.digest.0).update(&taken.digest().0);
+        self.digest = hasher.finalize().into();
+        self.taken = Some((Taken(taken), [x, y, z]));
+        Ok(self)
     }
 
     /// Uses another instruction set; the answers stay the same.
@@ -120,7 +142,7 @@ impl LazySolid {
         wanted: &VoxelSet,
         work: &mut Work,
         control: &dyn Control,
-    ) -> Result<Field, Cancelled> {
+    ) -> Result<Field, SolidError> {
         let keys = wanted.bricks();
         let mut missing = VoxelSet::new();
         let known: Vec<Option<Arc<Brick>>> = {
@@ -189,14 +211,23 @@ impl LazySolid {
         wanted: &VoxelSet,
         work: &mut Work,
         control: &dyn Control,
-    ) -> Result<Field, Cancelled> {
+    ) -> Result<Field, SolidError> {
         check(control)?;
         let (domain, tables, color) = (self.domain(level), &self.tables.levels[level], self.color(level));
-        let need = dependency(&self.settings, &domain, level, wanted);
+        let mut free = self.taken.as_ref().map(|(taken, _)| taken.free(control));
+        let need = match &mut free {
+            Some(free) => {
+                let need = dependency_among(&self.settings, &domain, level, wanted, |step| free.of(&step))?;
+                free.of(&need.before)?;
+                need
+            }
+            None => dependency(&self.settings, &domain, level, wanted),
+        };
         let correction =
             Correction { domain: &domain, level: tables, weights: self.weights(level), color, isa: self.isa };
         let mut field = if level + 1 == self.tables.levels.len() {
-            Field::start(&need.before, &self.initial, self.settings.seed, &correction, control)?
+            let free = free.as_ref().zip(self.taken.as_ref()).map(|(free, (_, marker))| (&free.free, *marker));
+            Field::start(&need.before, &self.initial, self.settings.seed, free, &correction, control)?
         } else {
             let coarse = self.finished(level + 1, &parents(&need.before), work, control)?;
             Field::upsample(&need.before, &coarse, tables, color, control)?
@@ -217,7 +248,7 @@ impl LazySolid {
     }
 
     /// The pixel triples of the voxels asked for (Z, Y, X order is the set's own), with the work done.
-    pub(super) fn field(&self, voxels: &VoxelSet, control: &dyn Control) -> Result<(Field, Work), Cancelled> {
+    pub(super) fn field(&self, voxels: &VoxelSet, control: &dyn Control) -> Result<(Field, Work), SolidError> {
         let levels = self.tables.levels.len();
         let mut work = Work { corrections: vec![0; levels], costs: vec![0; levels] };
         let wrapped = self.domain(0).wrap_set(voxels);
@@ -234,7 +265,8 @@ impl LazySolid {
     ) -> Result<Counted, Cancelled> {
         let levels = self.tables.levels.len();
         let mut work = Work { corrections: vec![0; levels], costs: vec![0; levels] };
-        let field = self.synthesise(level, wanted, &mut work, control)?;
+        // Without another solid in it, all that can stop a synthesis is cancellation.
+        let field = self.synthesise(level, wanted, &mut work, control).map_err(|_| Cancelled)?;
         let tables = &self.tables.levels[level];
         let mut counts: Vec<Vec<u32>> = tables.views.iter().map(|v| vec![0; v.view.texels.len()]).collect();
         let mut contrast = Contrast::default();
@@ -324,6 +356,33 @@ impl LazySolid {
             }
         });
     }
+}
+
+/// Why a synthesis cannot leave voxels to another solid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TakenError {
+    /// Coarser levels do not know which voxels are taken.
+    #[error("voxels can be left to another solid only where there is one level; the pyramid has {0}, expected `levels` 1")]
+    Levels(usize),
+    /// There is nothing that taken voxels could look like.
+    #[error("the exemplar bars no pixel that taken voxels could look like; expected one from `particles.matrix`")]
+    NothingBarred,
+}
+
+/// The barred pixel furthest from those that may be copied, the first of equals.
+fn marker(view: &LevelView) -> Option<Pixel> {
+    let (w, h) = (view.width as usize, view.height as usize);
+    let mut barred = view.barred.clone();
+    barred.resize(w * h, false);
+    let depth = crate::exemplar::signed_distance(&barred, w, h, view.tileable);
+    let m = view.margin();
+    let inner = (m..view.height - m).flat_map(|y| (m..view.width - m).map(move |x| (x, y)));
+    let barred = inner.filter(|&(x, y)| barred[y as usize * w + x as usize]);
+    let deepest = barred.max_by(|&a, &b| {
+        let at = |(x, y): (i32, i32)| depth[y as usize * w + x as usize];
+        at(a).total_cmp(&at(b)).then(b.cmp(&a))
+    });
+    deepest.map(|(x, y)| (x | y << 8) as Pixel)
 }
 
 impl Solid for LazySolid {

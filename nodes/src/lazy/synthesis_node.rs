@@ -102,7 +102,7 @@ impl Node for SynthesisNode {
     fn spec(&self) -> NodeSpec {
         let spec = NodeSpec::new(
             "lazy.synthesis",
-            1,
+            2,
             "A solid synthesised on demand",
             "Nothing is computed here: the solid computes the voxels that are asked for, and those they depend on, \
              when they are asked for. For a seed every voxel has one colour, whatever else is asked for, in whatever \
@@ -117,6 +117,12 @@ impl Node for SynthesisNode {
         .input("candidates", "candidates", "Its 3D candidates.")
         .input("initial", "initial", "What synthesis starts from.")
         .optional("usage", "usage", "Usage weights against collapse.")
+        .optional(
+            "taken",
+            SolidValue::TYPE,
+            "White where another solid has the voxels, such as particles: these are never computed. Needs one level and an \
+             exemplar from `particles.matrix`.",
+        )
         .output("solid", "solid", "The solid.")
         .int("seed", 0..=i64::MAX, 1, "count", "Seed of every random choice.")
         .param(
@@ -162,7 +168,10 @@ impl Node for SynthesisNode {
             Tables::new(&exemplar, &pyramid, &descriptors, &similarity, &candidates, usage.as_deref())
                 .map_err(NodeError::failed)?;
         let digest = Digest::from(hasher.finalize());
-        let solid = LazySolid::new(Arc::new(tables), (*initial).clone(), settings, digest);
+        let mut solid = LazySolid::new(Arc::new(tables), (*initial).clone(), settings, digest);
+        if let Some(taken) = context.optional::<SolidValue>("taken")? {
+            solid = solid.with_taken(Arc::clone(&taken.0)).map_err(NodeError::failed)?;
+        }
         context.set("solid", SolidValue(Arc::new(solid)));
         Ok(())
     }

@@ -9,10 +9,13 @@ mod bits;
 mod cells;
 mod components;
 mod factors;
+mod fft;
+mod fill;
 mod index;
 mod labels_node;
 mod mask;
 mod mask_node;
+mod matrix_node;
 mod neighbours;
 mod neighbours_node;
 mod pack;
@@ -23,6 +26,8 @@ mod profile;
 mod quarter;
 mod reconstruct;
 mod reconstruct_node;
+mod refine_nodes;
+mod repel;
 mod rigid;
 mod section;
 mod sections_node;
@@ -34,12 +39,14 @@ pub use bits::{Bits, Occupancy};
 pub use cells::{Cells, cells};
 pub use components::{Border, SectionSettings, find_sections};
 pub use factors::Factors;
+pub use fill::{CellOf, FillSettings, fill};
 pub use index::Index;
 pub use mask::{Classes, Inside, auto_mask};
 pub use neighbours::{Near, Neighbours};
-pub use pack::{Order, PackError, PackSettings, pack};
+pub use pack::{Choice, Order, PackError, PackSettings, pack};
 pub use packing::{Packing, Placed, Shape};
 pub use particle::{NOTHING, Particle, ParticleSet};
+pub use repel::{RepelSettings, repel};
 pub use reconstruct::{reconstruct, sweep};
 pub use section::{Section, Sections};
 pub use solid::{LABEL, Look, ParticleSolid};
@@ -55,6 +62,9 @@ pub fn nodes() -> Vec<Box<dyn Node>> {
         Box::new(reconstruct_node::ReconstructNode),
         Box::new(neighbours_node::NeighboursNode),
         Box::new(pack_node::PackNode),
+        Box::new(refine_nodes::RepelNode),
+        Box::new(refine_nodes::FillNode),
+        Box::new(matrix_node::MatrixNode),
         Box::new(solid_node::MaskSolidNode),
         Box::new(solid_node::SolidNode),
         Box::new(labels_node::LabelsNode),

@@ -23,7 +23,7 @@ pub struct Near {
 pub struct Neighbours {
     /// For the views normal to x, y and z, for each cross-section: the nearest others, nearest first.
     pub near: [Vec<Vec<Near>>; 3],
-    /// For the views normal to x, y and z, for each cross-section: the particles made of it.
+    /// For the views normal to x, y and z, for each cross-section: the particles made of it, largest first.
     pub made: [Vec<Vec<u32>>; 3],
 }
 
@@ -39,6 +39,9 @@ impl Neighbours {
             let mut made: Vec<Vec<u32>> = vec![Vec::new(); sections.len()];
             for (particle, index) in set.particles.iter().zip(0..) {
                 made[particle.sections[v] as usize].push(index);
+            }
+            for of_section in &mut made {
+                of_section.sort_by_key(|&p| (std::cmp::Reverse(set.particles[p as usize].volume), p));
             }
             let used: Vec<usize> = (0..made.len()).filter(|&s| !made[s].is_empty()).collect();
             for s in 0..made.len() {

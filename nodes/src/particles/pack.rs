@@ -21,6 +21,15 @@ pub enum Order {
     Layered(usize),
 }
 
+/// Which of the particles of a cross-section are tried first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// Any, drawn for each place.
+    Random,
+    /// The largest.
+    Large,
+}
+
 /// How particles are packed.
 #[derive(Clone, Debug)]
 pub struct PackSettings {
@@ -38,6 +47,8 @@ pub struct PackSettings {
     pub starts: usize,
     /// Particles of a cross-section that are tried in one place.
     pub tries: usize,
+    /// Which are tried first.
+    pub choice: Choice,
     /// Seed of every random choice.
     pub seed: u64,
 }
@@ -181,7 +192,10 @@ impl Packer<'_> {
         if count == 0 {
             return;
         }
-        let first = hash(self.settings.seed, CHOOSE, [sequence as i32, 0, 0]) as usize % count;
+        let first = match self.settings.choice {
+            Choice::Random => hash(self.settings.seed, CHOOSE, [sequence as i32, 0, 0]) as usize % count,
+            Choice::Large => 0,
+        };
         for k in 0..count.min(self.settings.tries) {
             let other = made[(first + k) % count];
             let offset = center_offset(self.set, view, from, other, &near);

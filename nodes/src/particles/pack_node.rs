@@ -3,7 +3,7 @@
 use breccia_engine::{Context, Data, Node, NodeError, NodeSpec, ParamKind};
 
 use super::neighbours::Neighbours;
-use super::pack::{Order, PackError, PackSettings, pack};
+use super::pack::{Choice, Order, PackError, PackSettings, pack};
 use super::packing::Packing;
 use super::particle::ParticleSet;
 use crate::control::Control;
@@ -48,6 +48,11 @@ impl Node for PackNode {
         .float("tolerance", 0.0..=0.5, 0.05, "fraction", "How much of a particle others may already have taken; `particles.fill` clears it up.")
         .float("gap", 0.0..=16.0, 0.0, "voxels", "What must stay free around a particle.")
         .int("starts", 1..=4096, 1, "count", "Particles to start from.")
+        .choice(
+            "choice",
+            &[("large", "The largest, which packs more densely."), ("random", "Any, drawn for each place.")],
+            "Which of the particles of a cross-section are tried first.",
+        )
         .int("tries", 1..=64, 8, "count", "Particles that are tried in one place.")
         .int("seed", 0..=i64::MAX, 1, "count", "Every seed gives another packing.")
     }
@@ -82,6 +87,7 @@ impl Node for PackNode {
             gap: context.float("gap")?,
             starts: context.int("starts")? as usize,
             tries: context.int("tries")? as usize,
+            choice: if context.text("choice")? == "random" { Choice::Random } else { Choice::Large },
             seed: context.int("seed")? as u64,
         };
         let region = match context.optional::<SolidValue>("region")? {

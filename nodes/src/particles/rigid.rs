@@ -11,8 +11,8 @@ use rustc_hash::FxHashMap;
 /// Rings and spokes of the polar mesh.
 const RINGS: usize = 5;
 const SPOKES: usize = 12;
-/// Solved steps of the interpolation; between them vertices move along straight lines.
-const STEPS: usize = 8;
+/// Solved steps of the interpolation.
+const STEPS: usize = 16;
 
 /// The interpolation between two quarters.
 pub(super) struct RigidMorph {
@@ -20,6 +20,52 @@ pub(super) struct RigidMorph {
     ends: [Vec<[f64; 2]>; 2],
     /// Vertices at each step.
     steps: Vec<Vec<[f64; 2]>>,
+    /// For each step, the triangle in each cell of a grid of [`CELL`]s, [`NONE`] outside.
+    lookup: Vec<Lookup>,
+}
+
+/// The triangles of one step by place.
+struct Lookup {
+    width: usize,
+    triangles: Vec<u8>,
+}
+
+/// Edge of the lookup's cells in pixels.
+const CELL: f64 = 0.5;
+/// No triangle.
+const NONE: u8 = u8::MAX;
+
+impl Lookup {
+    fn new(vertices: &[[f64; 2]], triangles: &[[usize; 3]]) -> Self {
+        let reach = |c: usize| vertices.iter().map(|v| v[c]).fold(0.0, f64::max);
+        let [width, height] = [0, 1].map(|c| (reach(c) / CELL) as usize + 2);
+        let mut found = vec![NONE; width * height];
+        for (index, triangle) in triangles.iter().enumerate() {
+            let corners = triangle.map(|v| vertices[v]);
+            let span = |c: usize, n: usize| {
+                let all = corners.map(|corner| corner[c] / CELL);
+                let low = all.iter().copied().fold(f64::INFINITY, f64::min);
+                let high = all.iter().copied().fold(0.0, f64::max);
+                (low.max(0.0) as usize)..=((high as usize + 1).min(n - 1))
+            };
+            for y in span(1, height) {
+                for x in span(0, width) {
+                    let place = [x, y].map(|i| (i as f64 + 0.5) * CELL);
+                    let inside = barycentric(corners, place).is_some_and(|w| w.iter().all(|&w| w >= -1e-9));
+                    if inside && found[y * width + x] == NONE {
+                        found[y * width + x] = index as u8;
+                    }
+                }
+            }
+        }
+        Self { width, triangles: found }
+    }
+
+    fn at(&self, place: [f64; 2]) -> Option<usize> {
+        let [x, y] = place.map(|c| (c.max(0.0) / CELL) as usize);
+        let found = if x < self.width { self.triangles.get(y * self.width + x) } else { None };
+        found.copied().filter(|&t| t != NONE).map(usize::from)
+    }
 }
 
 /// The vertex of a ring (1 to [`RINGS`]) and spoke; vertex 0 is the centre.
@@ -47,33 +93,30 @@ impl RigidMorph {
         let ends = [pulled_back(from)?, pulled_back(to)?];
         let triangles = triangles();
         let steps = interpolate(&ends, &triangles)?;
-        Some(Self { triangles, ends, steps })
+        let lookup = steps.iter().map(|vertices| Lookup::new(vertices, &triangles)).collect();
+        Some(Self { triangles, ends, steps, lookup })
     }
 
     /// How far the interpolated quarter reaches along its columns' axis.
     pub fn width(&self, t: f64) -> f64 {
-        self.at(t, vertex(RINGS, 0))[0]
-    }
-
-    fn at(&self, t: f64, v: usize) -> [f64; 2] {
-        let at = t.clamp(0.0, 1.0) * STEPS as f64;
-        let i = (at as usize).min(STEPS - 1);
-        let f = at - i as f64;
-        std::array::from_fn(|c| self.steps[i][v][c] * (1.0 - f) + self.steps[i + 1][v][c] * f)
+        self.steps[step(t)][vertex(RINGS, 0)][0]
     }
 
     /// Where a place of the interpolated quarter lies in both ends; `None` outside.
     pub fn locate(&self, t: f64, place: [f64; 2]) -> Option<[[f64; 2]; 2]> {
-        let vertices: Vec<[f64; 2]> = (0..self.steps[0].len()).map(|v| self.at(t, v)).collect();
-        self.triangles.iter().find_map(|triangle| {
-            let weights = barycentric(triangle.map(|v| vertices[v]), place)?;
-            weights.iter().all(|&w| w >= -1e-9).then(|| {
-                [0, 1].map(|end: usize| {
-                    std::array::from_fn(|c| (0..3).map(|k| weights[k] * self.ends[end][triangle[k]][c]).sum())
-                })
-            })
-        })
+        let triangle = self.triangles[self.lookup[step(t)].at(place)?];
+        // A place at the border may lie outside of the triangle by part of a cell.
+        let weights = barycentric(triangle.map(|v| self.steps[step(t)][v]), place)?.map(|w| w.max(0.0));
+        let sum: f64 = weights.iter().sum();
+        Some([0, 1].map(|end: usize| {
+            std::array::from_fn(|c| (0..3).map(|k| weights[k] / sum * self.ends[end][triangle[k]][c]).sum())
+        }))
     }
+}
+
+/// The solved step nearest to `t`.
+fn step(t: f64) -> usize {
+    (libm::round(t.clamp(0.0, 1.0) * STEPS as f64) as usize).min(STEPS)
 }
 
 /// The weights of a triangle's corners at a place; `None` if the triangle has no area.

@@ -1,0 +1,248 @@
+//! Filling gaps: every particle is scaled towards its Voronoi cell (Du et al. 2013, section 3.4).
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::bits::Bits;
+use super::cells::cells;
+use super::factors::{Factors, NODES, beside, direction};
+use super::packing::{Packing, Placed, Shape};
+use crate::control::{Cancelled, Control, check};
+
+/// What a particle's cell consists of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CellOf {
+    /// The places nearest to its surface, so that large particles have large cells.
+    Surface,
+    /// The places nearest to its centre, as in the paper.
+    Center,
+}
+
+/// How particles are scaled.
+#[derive(Clone, Copy, Debug)]
+pub struct FillSettings {
+    /// The particles' cells.
+    pub cells: CellOf,
+    /// How far directions may exceed the uniform factor (α, the paper's 0.1).
+    pub alpha: f64,
+    /// The distance that stays free between a particle and the border of its cell; negative: half of the mean thickness of the
+    /// matrix in the pictures.
+    pub clearance: f64,
+    /// The fraction of the domain that particles are to fill; α is chosen for it. Negative: as in the pictures; 0: α stays.
+    pub fraction: f64,
+}
+
+impl Default for FillSettings {
+    fn default() -> Self {
+        Self { cells: CellOf::Surface, alpha: 0.1, clearance: -1.0, fraction: -1.0 }
+    }
+}
+
+/// Factors within which particles are scaled.
+const LEAST: f64 = 0.2;
+const MOST: f64 = 3.0;
+
+/// The packing with scaled particles, of which no two overlap.
+///
+/// In direction d the largest factor f_d keeps the boundary clear of the cell's border. The uniform factor f_u is the least of them
+/// in directions that meet the border at a right angle, that is where the border is nearer than in directions beside. The
+/// factor in direction d is min((1 + α) f_u, f_d). Voxels that even so lie beyond the particle's cell, or next to another cell, are
+/// dropped.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn fill(packing: &Packing, settings: &FillSettings, control: &dyn Control) -> Result<Packing, Cancelled> {
+    let domain = Domain::new(packing, settings.cells, control)?;
+    control.progress(0.3);
+    let clearance =
+        if settings.clearance < 0.0 { packing.set.thickness() / 2.0 } else { settings.clearance };
+    let rays: Vec<Rays> = packing
+        .placed
+        .par_iter()
+        .enumerate()
+        .map(|(i, placed)| {
+            check(control)?;
+            Ok(Rays::new(packing, &domain, placed, Packing::id(i), clearance))
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    control.progress(0.5);
+    let shapes = |alpha: f64| -> Result<Vec<Shape>, Cancelled> {
+        let scaled = packing.placed.par_iter().zip(&rays).enumerate();
+        scaled
+            .map(|(i, (placed, rays))| {
+                check(control)?;
+                Ok(rays.shape(packing, &domain, placed, Packing::id(i), alpha, clearance))
+            })
+            .collect()
+    };
+    let wanted = if settings.fraction < 0.0 { packing.set.fraction() } else { settings.fraction };
+    let mut found = shapes(settings.alpha)?;
+    if settings.fraction != 0.0 {
+        let voxels: f64 = packing.size.iter().map(|&n| f64::from(n)).product();
+        let filled = |shapes: &[Shape]| {
+            let counts = shapes.iter().zip(&packing.placed).map(|(shape, placed)| domain.inside(&shape.bits, placed.center));
+            counts.sum::<u64>() as f64 / voxels
+        };
+        // The fraction grows with α: halve the interval.
+        let (mut low, mut high) = (-0.7, 4.0);
+        let mut best = (filled(&found) - wanted).abs();
+        for step in 0..8 {
+            control.progress(0.6 + 0.05 * step as f32);
+            let middle = (low + high) / 2.0;
+            let tried = shapes(middle)?;
+            let fraction = filled(&tried);
+            if (fraction - wanted).abs() < best {
+                (best, found) = ((fraction - wanted).abs(), tried);
+            }
+            if best < 0.002 {
+                break;
+            }
+            if fraction < wanted { low = middle } else { high = middle }
+        }
+    }
+    let placed = packing.placed.iter().zip(found).filter(|(_, shape)| shape.bits.count() > 0);
+    let placed = placed.map(|(placed, shape)| Placed { shape: Some(Arc::new(shape)), ..placed.clone() }).collect();
+    Ok(Packing { placed, set: Arc::clone(&packing.set), size: packing.size, wrap: packing.wrap })
+}
+
+/// A domain whose every voxel has an owner.
+struct Domain {
+    size: [i32; 3],
+    wrap: bool,
+    owner: Vec<u32>,
+}
+
+impl Domain {
+    fn new(packing: &Packing, of: CellOf, control: &dyn Control) -> Result<Self, Cancelled> {
+        let size = packing.size.map(|n| n as i32);
+        let mut domain = Self { size, wrap: packing.wrap, owner: Vec::new() };
+        let mut labels = vec![0u32; packing.size.iter().map(|&n| n as usize).product()];
+        for (i, placed) in packing.placed.iter().enumerate() {
+            if i.is_multiple_of(64) {
+                check(control)?;
+            }
+            let mut mark = |voxel: [i32; 3]| {
+                let at = std::array::from_fn(|a| placed.center[a] + voxel[a]);
+                if let Some(at) = domain.index(at)
+                    && labels[at] == 0
+                {
+                    labels[at] = Packing::id(i);
+                }
+            };
+            match of {
+                CellOf::Center => mark([0; 3]),
+                CellOf::Surface => packing.voxels(placed).into_iter().for_each(mark),
+            }
+        }
+        domain.owner = cells(&labels, packing.size.map(|n| n as usize), packing.wrap, control)?.owner;
+        Ok(domain)
+    }
+
+    #[inline]
+    fn index(&self, voxel: [i32; 3]) -> Option<usize> {
+        let mut at = voxel;
+        for a in 0..3 {
+            if !(0..self.size[a]).contains(&at[a]) {
+                if !self.wrap {
+                    return None;
+                }
+                at[a] = at[a].rem_euclid(self.size[a]);
+            }
+        }
+        Some((at[2] as usize * self.size[1] as usize + at[1] as usize) * self.size[0] as usize + at[0] as usize)
+    }
+
+    /// Whether a voxel belongs to a particle's cell; beyond a domain that ends every voxel does.
+    #[inline]
+    fn owns(&self, id: u32, voxel: [i32; 3]) -> bool {
+        self.index(voxel).is_none_or(|at| self.owner[at] == id)
+    }
+
+    /// How many voxels around a centre lie in the domain.
+    fn inside(&self, bits: &Bits, center: [i32; 3]) -> u64 {
+        let whole = self.wrap
+            || (0..3).all(|a| {
+                center[a] + bits.low[a] >= 0 && center[a] + bits.low[a] + bits.size[a] as i32 <= self.size[a]
+            });
+        if whole {
+            return bits.count();
+        }
+        let within = |v: &[i32; 3]| self.index(std::array::from_fn(|a| center[a] + v[a])).is_some();
+        bits.voxels().filter(within).count() as u64
+    }
+}
+
+/// What rays from a particle's centre meet.
+struct Rays {
+    /// For each direction, the distance to the particle's own boundary.
+    radius: Vec<f64>,
+    /// For each direction, the largest factor.
+    most: Vec<f64>,
+    /// The uniform factor.
+    uniform: f64,
+}
+
+impl Rays {
+    fn new(packing: &Packing, domain: &Domain, placed: &Placed, id: u32, clearance: f64) -> Self {
+        let (low, size) = packing.bounds(placed);
+        let reach = (0..3).map(|a| low[a].abs().max(low[a] + size[a] as i32)).max().unwrap_or(1);
+        let at = |d: [f64; 3], t: f64| d.map(|c| libm::floor(c * t + 0.5) as i32);
+        let mut cell = Vec::with_capacity(NODES);
+        let mut radius = Vec::with_capacity(NODES);
+        for node in 0..NODES {
+            let d = direction(node);
+            let steps = |t: f64| (0..(2.0 * t) as i32 + 1).map(|k| f64::from(k) / 2.0);
+            let own = steps(f64::from(reach) * 1.75 + 1.0).filter(|&t| packing.holds(placed, at(d, t))).last();
+            let own = own.unwrap_or(0.0) + 0.25;
+            let border = steps(own * MOST + clearance + 2.0).find(|&t| {
+                let v = at(d, t);
+                !domain.owns(id, std::array::from_fn(|a| placed.center[a] + v[a]))
+            });
+            radius.push(own);
+            cell.push(border.map_or(f64::INFINITY, |t| (t - 0.25).max(0.0)));
+        }
+        let most: Vec<f64> =
+            cell.iter().zip(&radius).map(|(cell, own)| ((cell - clearance) / own).clamp(LEAST, MOST)).collect();
+        let right_angles = (0..NODES).filter(|&n| cell[n].is_finite() && beside(n).all(|m| cell[n] <= cell[m]));
+        let uniform = right_angles.map(|n| most[n]).fold(MOST, f64::min);
+        Self { radius, most, uniform }
+    }
+
+    fn shape(&self, packing: &Packing, domain: &Domain, placed: &Placed, id: u32, alpha: f64, clearance: f64) -> Shape {
+        let limit = ((1.0 + alpha) * self.uniform).clamp(LEAST, MOST);
+        let scaled: Vec<f64> = self.most.iter().map(|&most| limit.min(most)).collect();
+        let mut low = [0i32; 3];
+        let mut high = [0i32; 3];
+        for (node, (radius, factor)) in self.radius.iter().zip(&scaled).enumerate() {
+            let d = direction(node);
+            for a in 0..3 {
+                // Between nodes the shape may reach a little further.
+                let reach = libm::round(d[a] * radius * factor * 1.08) as i32;
+                low[a] = low[a].min(reach - 1);
+                high[a] = high[a].max(reach + 1);
+            }
+        }
+        let factors = Factors::of(&scaled);
+        let size = std::array::from_fn(|a| (high[a] - low[a] + 1) as u32);
+        let before = placed.shape.as_deref();
+        let near = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+        let bits = Bits::from_fn(low, size, |v| {
+            let place: [i32; 3] = std::array::from_fn(|a| placed.center[a] + v[a]);
+            if !domain.owns(id, place) {
+                return false;
+            }
+            let factor = factors.at(v.map(f64::from));
+            let own = v.map(|c| libm::round(f64::from(c) / factor) as i32);
+            packing.holds(placed, own)
+                && (clearance < 0.5
+                    || near.iter().all(|d| domain.owns(id, std::array::from_fn(|a| place[a] + d[a]))))
+        });
+        // A shape that was scaled before is scaled once more.
+        let factors = before.map_or(factors, |before| {
+            let nodes = (0..NODES).map(|n| before.factors.at(direction(n)) * scaled[n]);
+            Factors::of(&nodes.collect::<Vec<_>>())
+        });
+        Shape { bits, factors }
+    }
+}

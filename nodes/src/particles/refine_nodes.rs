@@ -1,0 +1,84 @@
+//! The nodes `particles.repel` and `particles.fill`.
+
+use breccia_engine::{Context, Data, Node, NodeError, NodeSpec};
+
+use super::fill::{CellOf, FillSettings, fill};
+use super::packing::Packing;
+use super::repel::{RepelSettings, repel};
+
+/// Moves particles out of crowds.
+pub(super) struct RepelNode;
+
+impl Node for RepelNode {
+    fn spec(&self) -> NodeSpec {
+        let defaults = RepelSettings::default();
+        NodeSpec::new(
+            "particles.repel",
+            1,
+            "Particles moved away from where others crowd",
+            "Every point of a particle is repelled by the points of others with a force that falls with the distance, over a \
+             window of 17³ samples of a grid of 64³; particles move along the force, less far in every iteration.",
+        )
+        .paper("Du et al. 2013, section 3.4")
+        .input("packing", Packing::TYPE, "The particles in their places.")
+        .output("packing", Packing::TYPE, "The particles moved.")
+        .int("iterations", 0..=100, defaults.iterations as i64, "count", "Iterations.")
+        .float("step", 0.0..=64.0, defaults.step, "voxels", "How far a particle moves at most in the first iteration.")
+        .float("decay", 0.1..=1.0, defaults.decay, "fraction", "The limit of each iteration against the one before.")
+    }
+
+    fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {
+        let packing = context.input::<Packing>("packing")?;
+        let settings = RepelSettings {
+            iterations: context.int("iterations")? as usize,
+            step: context.float("step")?,
+            decay: context.float("decay")?,
+        };
+        let moved = repel(&packing, &settings, &*context)?;
+        context.set("packing", moved);
+        Ok(())
+    }
+}
+
+/// Scales particles towards their cells.
+pub(super) struct FillNode;
+
+impl Node for FillNode {
+    fn spec(&self) -> NodeSpec {
+        let defaults = FillSettings::default();
+        NodeSpec::new(
+            "particles.fill",
+            1,
+            "Particles scaled to fill their Voronoi cells, so that no two overlap",
+            "Each particle is scaled by one factor, and in single directions by less where the border of its cell is near. Afterwards no two \
+             overlap, and unless `clearance` is below half a voxel none touch.",
+        )
+        .paper("Du et al. 2013, section 3.4")
+        .input("packing", Packing::TYPE, "The particles in their places.")
+        .output("packing", Packing::TYPE, "The particles with their new shapes.")
+        .choice(
+            "cells",
+            &[
+                ("surface", "What is nearest to a particle's surface: large particles keep large cells."),
+                ("center", "What is nearest to a particle's centre, as in the paper: for particles of one size."),
+            ],
+            "What a particle's cell is.",
+        )
+        .float("alpha", -0.7..=4.0, defaults.alpha, "1", "How far directions may exceed the uniform factor (α); used if `fraction` is 0.")
+        .float("clearance", -1.0..=64.0, defaults.clearance, "voxels", "What stays free between a particle and the border of its cell; negative: half of the mean thickness of the matrix in the pictures.")
+        .float("fraction", -1.0..=1.0, defaults.fraction, "fraction", "How much of the domain particles are to fill, by choice of α; negative: as much as they cover of the pictures; 0: `alpha` decides.")
+    }
+
+    fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {
+        let packing = context.input::<Packing>("packing")?;
+        let settings = FillSettings {
+            cells: if context.text("cells")? == "center" { CellOf::Center } else { CellOf::Surface },
+            alpha: context.float("alpha")?,
+            clearance: context.float("clearance")?,
+            fraction: context.float("fraction")?,
+        };
+        let filled = fill(&packing, &settings, &*context)?;
+        context.set("packing", filled);
+        Ok(())
+    }
+}
