@@ -17,6 +17,7 @@ mod tests;
 mod write_atlas;
 mod write_curves;
 mod write_image;
+mod write_list;
 mod write_npy;
 mod write_nrrd;
 mod write_report;
@@ -57,7 +58,7 @@ pub fn exporters() -> Vec<Exporter> {
         write_slices::EXPORTER,
         write_atlas::EXPORTER,
     ];
-    [write_image::EXPORTERS, write_report::EXPORTERS, write_curves::EXPORTERS, &volumes].concat()
+    [write_image::EXPORTERS, write_report::EXPORTERS, write_curves::EXPORTERS, write_list::EXPORTERS, &volumes].concat()
 }
 
 /// Decodes an NPY or NRRD volume; the format is told by the content.

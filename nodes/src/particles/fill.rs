@@ -29,7 +29,8 @@ pub struct FillSettings {
     /// The distance that stays free between a particle and the border of its cell; negative: half of the mean thickness of the
     /// matrix in the pictures.
     pub clearance: f64,
-    /// The fraction of the domain that particles are to fill; α is chosen for it. Negative: as in the pictures; 0: α stays.
+    /// The fraction of the domain that particles are to fill; α is chosen for it, and where that is not enough the clearance.
+    /// Negative: as in the pictures; 0: both stay.
     pub fraction: f64,
 }
 
@@ -63,11 +64,11 @@ pub fn fill(packing: &Packing, settings: &FillSettings, control: &dyn Control) -
         .enumerate()
         .map(|(i, placed)| {
             check(control)?;
-            Ok(Rays::new(packing, &domain, placed, Packing::id(i), clearance))
+            Ok(Rays::new(packing, &domain, placed, Packing::id(i)))
         })
         .collect::<Result<_, Cancelled>>()?;
     control.progress(0.5);
-    let shapes = |alpha: f64| -> Result<Vec<Shape>, Cancelled> {
+    let shapes = |alpha: f64, clearance: f64| -> Result<Vec<Shape>, Cancelled> {
         let scaled = packing.placed.par_iter().zip(&rays).enumerate();
         scaled
             .map(|(i, (placed, rays))| {
@@ -77,20 +78,21 @@ pub fn fill(packing: &Packing, settings: &FillSettings, control: &dyn Control) -
             .collect()
     };
     let wanted = if settings.fraction < 0.0 { packing.set.fraction() } else { settings.fraction };
-    let mut found = shapes(settings.alpha)?;
+    let mut found = shapes(settings.alpha, clearance)?;
     if settings.fraction != 0.0 {
         let voxels: f64 = packing.size.iter().map(|&n| f64::from(n)).product();
         let filled = |shapes: &[Shape]| {
             let counts = shapes.iter().zip(&packing.placed).map(|(shape, placed)| domain.inside(&shape.bits, placed.center));
             counts.sum::<u64>() as f64 / voxels
         };
-        // The fraction grows with α: halve the interval.
-        let (mut low, mut high) = (-0.7, 4.0);
+        // The fraction grows with α; where that is not enough, the clearance shrinks too: halve the interval from the least α over
+        // the largest to the largest without clearance.
+        let (mut low, mut high) = (0.0, 2.0);
         let mut best = (filled(&found) - wanted).abs();
-        for step in 0..8 {
-            control.progress(0.6 + 0.05 * step as f32);
-            let middle = (low + high) / 2.0;
-            let tried = shapes(middle)?;
+        for step in 0..9 {
+            control.progress(0.55 + 0.05 * step as f32);
+            let middle: f64 = (low + high) / 2.0;
+            let tried = shapes(-0.7 + 4.7 * middle.min(1.0), clearance * (2.0 - middle).min(1.0))?;
             let fraction = filled(&tried);
             if (fraction - wanted).abs() < best {
                 (best, found) = ((fraction - wanted).abs(), tried);
@@ -177,14 +179,12 @@ impl Domain {
 struct Rays {
     /// For each direction, the distance to the particle's own boundary.
     radius: Vec<f64>,
-    /// For each direction, the largest factor.
-    most: Vec<f64>,
-    /// The uniform factor.
-    uniform: f64,
+    /// For each direction, the distance to the border of the cell.
+    cell: Vec<f64>,
 }
 
 impl Rays {
-    fn new(packing: &Packing, domain: &Domain, placed: &Placed, id: u32, clearance: f64) -> Self {
+    fn new(packing: &Packing, domain: &Domain, placed: &Placed, id: u32) -> Self {
         let (low, size) = packing.bounds(placed);
         let reach = (0..3).map(|a| low[a].abs().max(low[a] + size[a] as i32)).max().unwrap_or(1);
         let at = |d: [f64; 3], t: f64| d.map(|c| libm::floor(c * t + 0.5) as i32);
@@ -195,23 +195,24 @@ impl Rays {
             let steps = |t: f64| (0..(2.0 * t) as i32 + 1).map(|k| f64::from(k) / 2.0);
             let own = steps(f64::from(reach) * 1.75 + 1.0).filter(|&t| packing.holds(placed, at(d, t))).last();
             let own = own.unwrap_or(0.0) + 0.25;
-            let border = steps(own * MOST + clearance + 2.0).find(|&t| {
+            let border = steps(own * MOST + 8.0).find(|&t| {
                 let v = at(d, t);
                 !domain.owns(id, std::array::from_fn(|a| placed.center[a] + v[a]))
             });
             radius.push(own);
             cell.push(border.map_or(f64::INFINITY, |t| (t - 0.25).max(0.0)));
         }
-        let most: Vec<f64> =
-            cell.iter().zip(&radius).map(|(cell, own)| ((cell - clearance) / own).clamp(LEAST, MOST)).collect();
-        let right_angles = (0..NODES).filter(|&n| cell[n].is_finite() && beside(n).all(|m| cell[n] <= cell[m]));
-        let uniform = right_angles.map(|n| most[n]).fold(MOST, f64::min);
-        Self { radius, most, uniform }
+        Self { radius, cell }
     }
 
     fn shape(&self, packing: &Packing, domain: &Domain, placed: &Placed, id: u32, alpha: f64, clearance: f64) -> Shape {
-        let limit = ((1.0 + alpha) * self.uniform).clamp(LEAST, MOST);
-        let scaled: Vec<f64> = self.most.iter().map(|&most| limit.min(most)).collect();
+        let Self { cell, radius } = self;
+        let most: Vec<f64> =
+            cell.iter().zip(radius).map(|(cell, own)| ((cell - clearance) / own).clamp(LEAST, MOST)).collect();
+        let right_angles = (0..NODES).filter(|&n| cell[n].is_finite() && beside(n).all(|m| cell[n] <= cell[m]));
+        let uniform = right_angles.map(|n| most[n]).fold(MOST, f64::min);
+        let limit = ((1.0 + alpha) * uniform).clamp(LEAST, MOST);
+        let scaled: Vec<f64> = most.iter().map(|&most| limit.min(most)).collect();
         let mut low = [0i32; 3];
         let mut high = [0i32; 3];
         for (node, (radius, factor)) in self.radius.iter().zip(&scaled).enumerate() {

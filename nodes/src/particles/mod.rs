@@ -4,6 +4,7 @@
 //! Data flows one way: [`Sections`] of each picture → [`ParticleSet`] → [`Neighbours`] → [`Packing`] (repelled, then filled) →
 //! [`ParticleSolid`], whose matrix any other solid answers.
 
+mod anatomy;
 mod axes;
 mod bits;
 mod cells;
@@ -13,6 +14,8 @@ mod fft;
 mod fill;
 mod index;
 mod labels_node;
+mod likeness;
+mod list;
 mod mask;
 mod mask_node;
 mod matrix_node;
@@ -24,10 +27,12 @@ mod packing;
 mod particle;
 mod profile;
 mod quarter;
+mod quota;
 mod reconstruct;
 mod reconstruct_node;
 mod refine_nodes;
 mod repel;
+mod report_nodes;
 mod rigid;
 mod section;
 mod sections_node;
@@ -35,12 +40,15 @@ mod solid;
 mod solid_node;
 mod triples;
 
+pub use anatomy::Anatomy;
 pub use bits::{Bits, Occupancy};
 pub use cells::{Cells, cells};
 pub use components::{Border, SectionSettings, find_sections};
 pub use factors::Factors;
 pub use fill::{CellOf, FillSettings, fill};
 pub use index::Index;
+pub use likeness::likeness;
+pub use list::{Entry, ParticleList};
 pub use mask::{Classes, Inside, auto_mask};
 pub use neighbours::{Near, Neighbours};
 pub use pack::{Choice, Order, PackError, PackSettings, pack};
@@ -68,6 +76,8 @@ pub fn nodes() -> Vec<Box<dyn Node>> {
         Box::new(solid_node::MaskSolidNode),
         Box::new(solid_node::SolidNode),
         Box::new(labels_node::LabelsNode),
+        Box::new(report_nodes::ListNode),
+        Box::new(report_nodes::LikenessNode),
     ]
 }
 
@@ -78,6 +88,7 @@ pub fn types() -> Vec<TypeInfo> {
         TypeInfo::of::<ParticleSet>(),
         TypeInfo::of::<Neighbours>(),
         TypeInfo::of::<Packing>(),
+        TypeInfo::of::<ParticleList>(),
     ]
 }
 

@@ -9,6 +9,7 @@ use super::bits::{Bits, Occupancy};
 use super::neighbours::{Neighbours, center_offset};
 use super::packing::{Packing, Placed};
 use super::particle::ParticleSet;
+use super::quota::Quota;
 use crate::control::{Cancelled, Control, check};
 use crate::lazy::random::{hash, unit};
 
@@ -49,6 +50,8 @@ pub struct PackSettings {
     pub tries: usize,
     /// Which are tried first.
     pub choice: Choice,
+    /// By what fraction a class of size may exceed its share of the particles, which cross-sections tell; infinity for no shares.
+    pub slack: f64,
     /// Seed of every random choice.
     pub seed: u64,
 }
@@ -117,6 +120,8 @@ pub fn pack(
         exact: Vec::new(),
         placed: Vec::new(),
         queue: BinaryHeap::new(),
+        waiting: Vec::new(),
+        quota: Quota::new(set, size.iter().map(|&n| f64::from(n)).product(), settings.slack),
         next: 0,
     };
     let middle = size.map(|n| f64::from(n / 2));
@@ -144,6 +149,16 @@ pub fn pack(
     Ok(Packing { set: Arc::clone(set), size, wrap, placed: packer.placed })
 }
 
+/// What became of a candidate.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Placed,
+    /// Nothing fits.
+    Never,
+    /// Something might fit that has had its share.
+    Wait,
+}
+
 struct Packer<'a> {
     settings: &'a PackSettings,
     set: &'a Arc<ParticleSet>,
@@ -157,6 +172,9 @@ struct Packer<'a> {
     exact: Vec<[f64; 3]>,
     placed: Vec<Placed>,
     queue: BinaryHeap<Reverse<Candidate>>,
+    /// Candidates whose particles have had their share.
+    waiting: Vec<Reverse<Candidate>>,
+    quota: Quota,
     next: u32,
 }
 
@@ -167,7 +185,18 @@ impl Packer<'_> {
         let mut filled = 0.0;
         let mut counted = 0;
         let mut pops = 0u64;
-        while let Some(Reverse((_, _, sequence, view, near, parent))) = self.queue.pop() {
+        let mut last = usize::MAX;
+        loop {
+            let Some(Reverse(candidate)) = self.queue.pop() else {
+                // What had to wait is tried again as long as that helps.
+                if self.waiting.is_empty() || last == self.placed.len() {
+                    break;
+                }
+                last = self.placed.len();
+                self.queue.extend(self.waiting.drain(..));
+                continue;
+            };
+            let (_, _, sequence, view, near, parent) = candidate;
             pops += 1;
             if pops.is_multiple_of(512) {
                 check(control)?;
@@ -177,20 +206,23 @@ impl Packer<'_> {
                 counted = self.placed.len();
                 control.progress((filled / domain / self.set.fraction().max(0.05)).min(0.99) as f32);
             }
-            self.try_candidate(sequence, view.into(), near.into(), parent);
+            if self.try_candidate(sequence, view.into(), near.into(), parent) == Outcome::Wait {
+                self.waiting.push(Reverse(candidate));
+            }
         }
         Ok(())
     }
 
     /// Tries the particles of a candidate's cross-section, in an order drawn for it, until one fits.
-    fn try_candidate(&mut self, sequence: u32, view: usize, near: usize, parent: u32) {
+    fn try_candidate(&mut self, sequence: u32, view: usize, near: usize, parent: u32) -> Outcome {
         let from = self.placed[parent as usize].particle;
         let section = self.set.particles[from as usize].sections[view] as usize;
         let near = self.neighbours.near[view][section][near];
         let made = &self.neighbours.made[view][near.section as usize];
         let count = made.len();
+        let mut outcome = Outcome::Never;
         if count == 0 {
-            return;
+            return outcome;
         }
         let first = match self.settings.choice {
             Choice::Random => hash(self.settings.seed, CHOOSE, [sequence as i32, 0, 0]) as usize % count,
@@ -201,10 +233,13 @@ impl Packer<'_> {
             let offset = center_offset(self.set, view, from, other, &near);
             let start = self.exact[parent as usize];
             let place = std::array::from_fn(|a| start[a] + f64::from(offset[a]));
-            if self.try_place(other, place) {
-                return;
+            if !self.quota.wants(other) {
+                outcome = Outcome::Wait;
+            } else if self.try_place(other, place) {
+                return Outcome::Placed;
             }
         }
+        outcome
     }
 
     /// Places a particle if it fits; then its neighbours become candidates.
@@ -238,6 +273,7 @@ impl Packer<'_> {
                 return false;
             }
         }
+        self.quota.count(particle);
         self.taken.take(&self.bare[particle as usize], center);
         let index = self.placed.len() as u32;
         self.placed.push(Placed { particle, center, shape: None });

@@ -53,6 +53,7 @@ impl Node for PackNode {
             &[("large", "The largest, which packs more densely."), ("random", "Any, drawn for each place.")],
             "Which of the particles of a cross-section are tried first.",
         )
+        .float("slack", -1.0..=16.0, 0.1, "fraction", "By how much particles of one size may exceed their share, which the cross-sections tell; negative: however many fit.")
         .int("tries", 1..=64, 8, "count", "Particles that are tried in one place.")
         .int("seed", 0..=i64::MAX, 1, "count", "Every seed gives another packing.")
     }
@@ -88,6 +89,10 @@ impl Node for PackNode {
             starts: context.int("starts")? as usize,
             tries: context.int("tries")? as usize,
             choice: if context.text("choice")? == "random" { Choice::Random } else { Choice::Large },
+            slack: match context.float("slack")? {
+                none if none < 0.0 => f64::INFINITY,
+                slack => slack,
+            },
             seed: context.int("seed")? as u64,
         };
         let region = match context.optional::<SolidValue>("region")? {

@@ -66,7 +66,7 @@ impl Node for FillNode {
         )
         .float("alpha", -0.7..=4.0, defaults.alpha, "1", "How far directions may exceed the uniform factor (α); used if `fraction` is 0.")
         .float("clearance", -1.0..=64.0, defaults.clearance, "voxels", "What stays free between a particle and the border of its cell; negative: half of the mean thickness of the matrix in the pictures.")
-        .float("fraction", -1.0..=1.0, defaults.fraction, "fraction", "How much of the domain particles are to fill, by choice of α; negative: as much as they cover of the pictures; 0: `alpha` decides.")
+        .float("fraction", -1.0..=1.0, defaults.fraction, "fraction", "How much of the domain particles are to fill, by choice of α and where need be of less clearance; negative: as much as they cover of the pictures; 0: `alpha` and `clearance` stay.")
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {
