@@ -53,10 +53,20 @@ const PRESETS: &[Preset] = presets![
     "optimize_volume",
     "optimize_painted",
     "optimize_ablations",
-    "kopf_volume"
+    "kopf_volume",
+    "particles_volume",
+    "hybrid_mesh",
+    "hybrid_slice",
+    "brick_wall",
+    "recolour",
+    "bent_bar",
 ];
 
 const ASSETS: &[Asset] = assets![
+    "bricks/end_128.png",
+    "bricks/end_mask_128.png",
+    "bricks/front_128.png",
+    "bricks/front_mask_128.png",
     "caustics/color_128.png",
     "caustics/color_64.png",
     "caustics/mask_128.png",

@@ -42,6 +42,9 @@ const SMALL: &[(&str, &str, i64)] = &[
     ("mesh.bake", "resolution", 24),
     ("mesh.bake", "texture_size", 64),
     ("render.mesh", "size", 96),
+    ("render.translucent", "picture", 64),
+    ("particles.reconstruct", "most", 24),
+    ("particles.reconstruct", "alignments", 1),
 ];
 
 fn runs(name: &str) {
@@ -106,7 +109,13 @@ presets_run![
     optimize_volume,
     optimize_painted,
     optimize_ablations,
-    kopf_volume
+    kopf_volume,
+    particles_volume,
+    hybrid_mesh,
+    hybrid_slice,
+    brick_wall,
+    recolour,
+    bent_bar
 ];
 
 #[test]

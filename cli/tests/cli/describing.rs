@@ -21,6 +21,12 @@ fn presets_are_described_with_all_that_they_expose() {
         "optimize_painted",
         "optimize_ablations",
         "kopf_volume",
+        "particles_volume",
+        "hybrid_mesh",
+        "hybrid_slice",
+        "brick_wall",
+        "recolour",
+        "bent_bar",
     ] {
         assert!(list.contains(preset), "{list}");
         let text = place.breccia(&["presets", preset]).stdout;

@@ -200,6 +200,7 @@ impl Rays {
                 !domain.owns(id, std::array::from_fn(|a| placed.center[a] + v[a]))
             });
             radius.push(own);
+            // Where a domain that ends has no border to fill up to, the particle keeps its size.
             cell.push(border.map_or(f64::INFINITY, |t| (t - 0.25).max(0.0)));
         }
         Self { radius, cell }
@@ -207,8 +208,10 @@ impl Rays {
 
     fn shape(&self, packing: &Packing, domain: &Domain, placed: &Placed, id: u32, alpha: f64, clearance: f64) -> Shape {
         let Self { cell, radius } = self;
-        let most: Vec<f64> =
-            cell.iter().zip(radius).map(|(cell, own)| ((cell - clearance) / own).clamp(LEAST, MOST)).collect();
+        let largest = |(cell, own): (&f64, &f64)| {
+            if cell.is_finite() { ((cell - clearance) / own).clamp(LEAST, MOST) } else { 1.0 }
+        };
+        let most: Vec<f64> = cell.iter().zip(radius).map(largest).collect();
         let right_angles = (0..NODES).filter(|&n| cell[n].is_finite() && beside(n).all(|m| cell[n] <= cell[m]));
         let uniform = right_angles.map(|n| most[n]).fold(MOST, f64::min);
         let limit = ((1.0 + alpha) * uniform).clamp(LEAST, MOST);
@@ -227,7 +230,9 @@ impl Rays {
         let factors = Factors::of(&scaled);
         let size = std::array::from_fn(|a| (high[a] - low[a] + 1) as u32);
         let before = placed.shape.as_deref();
-        let near = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
+        // Dropping what touches another cell on three sides leaves a film of one voxel, on six sides of two.
+        let near = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]];
+        let sides = if clearance < 0.5 { 0 } else if clearance < 1.0 { 3 } else { 6 };
         let bits = Bits::from_fn(low, size, |v| {
             let place: [i32; 3] = std::array::from_fn(|a| placed.center[a] + v[a]);
             if !domain.owns(id, place) {
@@ -236,8 +241,7 @@ impl Rays {
             let factor = factors.at(v.map(f64::from));
             let own = v.map(|c| libm::round(f64::from(c) / factor) as i32);
             packing.holds(placed, own)
-                && (clearance < 0.5
-                    || near.iter().all(|d| domain.owns(id, std::array::from_fn(|a| place[a] + d[a]))))
+                && near[..sides].iter().all(|d| domain.owns(id, std::array::from_fn(|a| place[a] + d[a])))
         });
         // A shape that was scaled before is scaled once more.
         let factors = before.map_or(factors, |before| {

@@ -9,6 +9,9 @@ mod axes;
 mod bits;
 mod cells;
 mod components;
+mod deform;
+mod deformation;
+mod edit_nodes;
 mod factors;
 mod fft;
 mod fill;
@@ -28,6 +31,7 @@ mod particle;
 mod profile;
 mod quarter;
 mod quota;
+mod recolor;
 mod reconstruct;
 mod reconstruct_node;
 mod refine_nodes;
@@ -36,6 +40,7 @@ mod report_nodes;
 mod rigid;
 mod section;
 mod sections_node;
+mod select;
 mod solid;
 mod solid_node;
 mod triples;
@@ -44,6 +49,8 @@ pub use anatomy::Anatomy;
 pub use bits::{Bits, Occupancy};
 pub use cells::{Cells, cells};
 pub use components::{Border, SectionSettings, find_sections};
+pub use deform::{DeformedSolid, Part};
+pub use deformation::{Deformation, Kind};
 pub use factors::Factors;
 pub use fill::{CellOf, FillSettings, fill};
 pub use index::Index;
@@ -54,9 +61,11 @@ pub use neighbours::{Near, Neighbours};
 pub use pack::{Choice, Order, PackError, PackSettings, pack};
 pub use packing::{Packing, Placed, Shape};
 pub use particle::{NOTHING, Particle, ParticleSet};
+pub use recolor::{RecolorSettings, RecolorSolid};
 pub use repel::{RepelSettings, repel};
 pub use reconstruct::{reconstruct, sweep};
 pub use section::{Section, Sections};
+pub use select::{SelectSettings, select};
 pub use solid::{LABEL, Look, ParticleSolid};
 pub use triples::{Triple, TripleCounts, TripleError, TripleSettings, find_triples};
 
@@ -75,6 +84,9 @@ pub fn nodes() -> Vec<Box<dyn Node>> {
         Box::new(matrix_node::MatrixNode),
         Box::new(solid_node::MaskSolidNode),
         Box::new(solid_node::SolidNode),
+        Box::new(edit_nodes::SelectNode),
+        Box::new(edit_nodes::RecolorNode),
+        Box::new(edit_nodes::DeformNode),
         Box::new(labels_node::LabelsNode),
         Box::new(report_nodes::ListNode),
         Box::new(report_nodes::LikenessNode),

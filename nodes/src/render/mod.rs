@@ -16,6 +16,8 @@ mod sheet;
 mod studio;
 mod surface;
 mod texture;
+mod translucent;
+mod translucent_node;
 mod vector;
 
 pub use camera::Camera;
@@ -24,10 +26,11 @@ pub use cutaway::{CutawaySettings, cutaway};
 pub use error::RenderError;
 pub use portrait::{PortraitSettings, portrait};
 pub use studio::Background;
+pub use translucent::{TranslucentSettings, translucent};
 
 use breccia_engine::Node;
 
 /// The nodes of this family.
 pub fn nodes() -> Vec<Box<dyn Node>> {
-    vec![Box::new(cube::Cube), Box::new(mesh::Mesh), Box::new(sheet::Sheet)]
+    vec![Box::new(cube::Cube), Box::new(mesh::Mesh), Box::new(sheet::Sheet), Box::new(translucent_node::Translucent)]
 }
