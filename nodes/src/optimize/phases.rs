@@ -69,9 +69,14 @@ impl Phases {
 /// The farthest that a window reaches.
 const REACH: usize = 32;
 
-/// Indices of the voxels around a voxel of a box that repeats.
+/// Indices of the voxels around a voxel of a box that repeats. They count brick by brick, so that what is near lies together in
+/// memory; bricks are whole, also where the box ends.
 pub struct Around {
     size: [usize; 3],
+    /// Voxels along the edges of a brick, powers of two.
+    brick: [usize; 3],
+    /// Bricks along the edges of the box.
+    bricks: [usize; 3],
     /// For each axis and coordinate, from [`REACH`] before the box to as many behind it, its share of the index.
     axes: [Vec<u32>; 3],
 }
@@ -79,13 +84,44 @@ pub struct Around {
 impl Around {
     /// For a box of this size.
     pub fn new(size: [usize; 3]) -> Self {
-        let strides = [1, size[0], size[0] * size[1]];
+        let brick = size.map(|n| n.next_power_of_two().min(BRICK));
+        let bricks: [usize; 3] = std::array::from_fn(|a| size[a].div_ceil(brick[a]));
+        let within = [1, brick[0], brick[0] * brick[1]];
+        let volume = within[2] * brick[2];
+        let across = [volume, volume * bricks[0], volume * bricks[0] * bricks[1]];
         let axes = std::array::from_fn(|a| {
-            let n = size[a] as i32;
-            let share = |x: i32| x.rem_euclid(n) as u32 * strides[a] as u32;
-            (-(REACH as i32)..n + REACH as i32).map(share).collect()
+            let share = |x: i32| {
+                let x = x.rem_euclid(size[a] as i32) as usize;
+                (x % brick[a] * within[a] + x / brick[a] * across[a]) as u32
+            };
+            (-(REACH as i32)..(size[a] + REACH) as i32).map(share).collect()
         });
-        Self { size, axes }
+        Self { size, brick, bricks, axes }
+    }
+
+    /// Values of all voxels in this order, from a function of their usual indices.
+    pub fn arrange<T: Copy + Default + Send + Sync>(&self, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        let ([width, height, depth], [bx, by, bz], [nx, ny, nz]) = (self.size, self.brick, self.bricks);
+        let mut out = vec![T::default(); bx * by * bz * nx * ny * nz];
+        out.par_chunks_mut(bx * by * bz).enumerate().for_each(|(i, brick)| {
+            let (x0, y0, z0) = (i % nx * bx, i / nx % ny * by, i / (nx * ny) * bz);
+            for (j, row) in brick.chunks_exact_mut(bx).enumerate() {
+                let (y, z) = (y0 + j % by, z0 + j / by);
+                if y < height && z < depth {
+                    let from = (z * height + y) * width;
+                    let row = row.iter_mut().zip(from + x0..from + width);
+                    row.for_each(|(to, i)| *to = value(i));
+                }
+            }
+        });
+        out
+    }
+
+    /// A voxel's own index in this order.
+    #[inline(always)]
+    pub fn own(&self, voxel: usize) -> usize {
+        let (own, columns, rows) = self.plane(voxel, 0, 0, 1);
+        (own + columns[0] + rows[0]) as usize
     }
 
     /// The surroundings of a voxel in the plane of a direction's exemplar: what the voxel's place along the direction adds to
@@ -112,9 +148,10 @@ mod tests {
         let size = [5, 6, 7];
         let around = Around::new(size);
         let index = |x: usize, y: usize, z: usize| (z * 6 + y) * 5 + x;
+        let places = around.arrange(|i| i);
         let at = |voxel, direction, (along, across): (i32, i32)| {
             let (own, columns, rows) = around.plane(voxel, direction, 4, 9);
-            (own + columns[(along + 4) as usize] + rows[(across + 4) as usize]) as usize
+            places[(own + columns[(along + 4) as usize] + rows[(across + 4) as usize]) as usize]
         };
         // Direction x: columns along y, rows along z.
         assert_eq!(at(index(3, 5, 0), 0, (1, -1)), index(3, 0, 6));
@@ -122,6 +159,16 @@ mod tests {
         assert_eq!(at(index(3, 2, 6), 1, (1, 3)), index(1, 2, 0));
         // Direction z: columns along x, rows along y.
         assert_eq!(at(index(2, 0, 3), 2, (-4, -1)), index(3, 5, 3));
+    }
+
+    #[test]
+    fn bricks_hold_every_voxel_once() {
+        for size in [[1, 1, 1], [40, 3, 17], [16, 33, 1]] {
+            let around = Around::new(size);
+            let places = around.arrange(|i| i + 1);
+            assert!((0..size.iter().product::<usize>()).all(|i| places[around.own(i)] == i + 1));
+            assert_eq!(places.iter().filter(|&&i| i > 0).count(), size.iter().product::<usize>());
+        }
     }
 
     #[test]

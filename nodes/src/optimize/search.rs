@@ -2,14 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::coherence::{Direction, Match, match_voxels};
+use super::coherence::{Candidates, Direction, Match, Scratch, Voxel, match_voxels};
 use super::control_map::ControlMap;
 use super::field::Field;
 use super::matches::{DirectionMatches, Matches};
 use super::phases::{Around, PHASES, PORTION, Phases};
 use crate::control::{Cancelled, Control, check};
-use crate::lazy::{Isa, LevelView, Pixel, available_instruction_sets};
-use crate::search::{PatchTable, Patches, SimilarSets};
+use crate::lazy::{Isa, Pixel, available_instruction_sets};
+use crate::search::{Patches, SimilarSets};
 
 /// Which neighbourhoods are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,62 +68,73 @@ pub(super) fn search_with(
     let voxels = field.voxels();
     let around = Around::new(field.size);
     let phases = Phases::new(field.size, settings.seed, PURPOSE, settings.sweep);
-    let all: Vec<_> = patches
-        .views
+    let in_bricks: Vec<Vec<Voxel>> = field
+        .sources
         .iter()
-        .map(|view| {
-            (settings.method == Method::Exhaustive).then(|| {
-                let (width, height, tileable) = (view.width, view.height, view.tileable);
-                let level = LevelView { width, height, tileable, texels: Vec::new(), barred: Vec::new() };
-                let centres = patches.window().pixels_of(&level);
-                let vectors: Vec<&[i16]> =
-                    centres.iter().map(|&p| view.coefficients(level.index(p))).collect();
-                let table = PatchTable::new(vectors.into_iter(), view.dims);
-                (centres, table)
-            })
-        })
+        .map(|sources| around.arrange(|i| Voxel { color: field.colors[i], source: sources[i] }))
         .collect();
+    let candidates: Vec<Candidates> =
+        (0..patches.views.len()).map(|view| Candidates::new(patches, view, sets, settings.method)).collect();
     let mut directions = <[DirectionMatches; 3]>::default();
     for (direction, wanted) in directions.iter_mut().zip(settings.directions) {
         let count = if wanted { voxels } else { 0 };
         *direction = DirectionMatches { pixels: vec![0; count], codes: vec![0; count] };
     }
     let mut usage = IndexUsage::new(field, patches, settings);
-    let mut found: Vec<Match> = Vec::new();
+    let mut found: Vec<[Match; 3]> = Vec::new();
     for (p, voxels) in phases.iter().enumerate() {
         check(control)?;
         control.progress(p as f32 / PHASES as f32);
         let weights = usage.weights(phi, settings.index);
-        for (direction, matched) in directions.iter_mut().enumerate().filter(|(d, _)| settings.directions[*d])
-        {
+        let centre_weights: Vec<Vec<u32>> = candidates
+            .iter()
+            .zip(&weights)
+            .map(|(candidates, weights)| match &candidates.all {
+                Some((centres, table)) => table.pad(centres.iter().map(|&i| weights[usize::from(i)])),
+                None => Vec::new(),
+            })
+            .collect();
+        let direction = |direction: usize| {
             let view = patches.view(direction);
-            let search = Direction {
+            Direction {
                 direction,
-                field,
+                voxels: &in_bricks,
                 patches,
-                sets,
-                method: settings.method,
                 reach: settings.reach,
                 isa,
                 around: &around,
-                all: all[view].as_ref(),
+                candidates: &candidates[view],
                 weights: &weights[view],
-            };
-            found.clear();
-            found.resize(voxels.len(), (0, 0));
-            found.par_chunks_mut(PORTION).zip(voxels.par_chunks(PORTION)).try_for_each(
-                |(found, voxels)| {
-                    check(control)?;
-                    match_voxels(&search, voxels, found);
-                    Ok(())
-                },
-            )?;
-            for (&voxel, &(pixel, code)) in voxels.iter().zip(&found) {
-                matched.pixels[voxel as usize] = pixel;
-                matched.codes[voxel as usize] = code;
-                usage.add(view, pixel);
+                centre_weights: &centre_weights[view],
             }
-        }
+        };
+        let wanted: Vec<_> = (0..3).filter(|&d| settings.directions[d]).map(direction).collect();
+        found.clear();
+        found.resize(voxels.len(), [(0, 0); 3]);
+        found.par_chunks_mut(PORTION).zip(voxels.par_chunks(PORTION)).try_for_each_init(
+            Scratch::new,
+            |scratch, (found, voxels)| {
+                for direction in &wanted {
+                    check(control)?;
+                    match_voxels(direction, voxels, found, scratch);
+                }
+                Ok(())
+            },
+        )?;
+        let write = |(d, matched): (usize, &mut DirectionMatches)| {
+            if settings.directions[d] {
+                for (&voxel, found) in voxels.iter().zip(&found) {
+                    (matched.pixels[voxel as usize], matched.codes[voxel as usize]) = found[d];
+                }
+            }
+        };
+        let count = || {
+            for direction in &wanted {
+                let view = patches.view(direction.direction);
+                found.iter().for_each(|found| usage.add(view, found[direction.direction].0));
+            }
+        };
+        rayon::join(|| directions.par_iter_mut().enumerate().for_each(write), count);
     }
     Ok(Matches { size: field.size, level: field.level, window: patches.window(), directions })
 }

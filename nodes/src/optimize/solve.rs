@@ -9,7 +9,7 @@ use super::phases::{Around, PHASES, PORTION, Phases};
 use super::weights::{Usage, WeightSettings};
 use crate::control::{Cancelled, Control, check};
 use crate::lazy::{Isa, LevelView, Pixel, available_instruction_sets};
-use crate::search::is_wide;
+use crate::search::{Window, is_wide};
 
 /// What becomes a voxel's colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,6 +125,10 @@ pub(super) fn solve_with(
     let distance_weights = distance_weights(settings.gamma);
     let around = Around::new(matches.size);
     let phases = Phases::new(matches.size, settings.seed, PURPOSE, settings.sweep);
+    let in_bricks = matches.directions.each_ref().map(|matched| {
+        let packed = |i| u32::from(matched.pixels[i]) | u32::from(matched.codes[i]) << 16;
+        if matched.pixels.is_empty() { Vec::new() } else { around.arrange(packed) }
+    });
     let mut solved: Vec<Solved> = Vec::new();
     for (p, voxels) in phases.iter().enumerate() {
         check(control)?;
@@ -133,7 +137,8 @@ pub(super) fn solve_with(
             table.weigh(&views[v], &usage.weights(views, v, theta, &settings.weights));
         }
         let job = Job {
-            matches,
+            window: matches.window,
+            matches: &in_bricks,
             tables: &tables,
             distance_weights: &distance_weights,
             around: &around,
@@ -147,20 +152,28 @@ pub(super) fn solve_with(
             solve_voxels(&job, voxels, solved);
             Ok(())
         })?;
-        for (&voxel, solved) in voxels.iter().zip(&solved) {
-            let voxel = voxel as usize;
-            if let Some(before) = before {
-                let view = before.view_of(voxel);
-                usage.remove(views, view, before.sources[view][voxel], before.colors[voxel]);
+        let count = || {
+            for (&voxel, solved) in voxels.iter().zip(&solved) {
+                let voxel = voxel as usize;
+                if let Some(before) = before {
+                    let view = before.view_of(voxel);
+                    usage.remove(views, view, before.sources[view][voxel], before.colors[voxel]);
+                }
+                let view = usize::from(solved.chosen);
+                usage.add(views, view, solved.sources[view], solved.color);
             }
-            let view = usize::from(solved.chosen);
-            usage.add(views, view, solved.sources[view], solved.color);
-            field.colors[voxel] = solved.color;
-            field.sources.iter_mut().zip(solved.sources).for_each(|(to, source)| to[voxel] = source);
-            if let Some(to) = field.chosen.get_mut(voxel) {
-                *to = solved.chosen;
+        };
+        let write = || {
+            for (&voxel, solved) in voxels.iter().zip(&solved) {
+                let voxel = voxel as usize;
+                field.colors[voxel] = solved.color;
+                field.sources.iter_mut().zip(solved.sources).for_each(|(to, source)| to[voxel] = source);
+                if let Some(to) = field.chosen.get_mut(voxel) {
+                    *to = solved.chosen;
+                }
             }
-        }
+        };
+        rayon::join(count, write);
     }
     Ok(field)
 }
@@ -174,10 +187,10 @@ struct Solved {
 }
 
 /// For each code of a distance the weight r^(γ − 2) of a match.
-fn distance_weights(gamma: f64) -> Vec<f32> {
+fn distance_weights(gamma: f64) -> [f32; CODES] {
     // A match of no distance must not outweigh all others: one grey level is as near as it gets.
     let least = f64::from(crate::search::SCALE).powi(2);
-    (0..CODES).map(|code| libm::pow((decode(code) + least) / least, (gamma - 2.0) / 2.0) as f32).collect()
+    std::array::from_fn(|code| libm::pow((decode(code) + least) / least, (gamma - 2.0) / 2.0) as f32)
 }
 
 /// How often each pixel is matched.
@@ -193,9 +206,11 @@ fn index_histogram(matches: &Matches, views: &[LevelView]) -> Vec<Vec<u32>> {
 }
 
 struct Job<'a> {
-    matches: &'a Matches,
+    window: Window,
+    /// For each direction the matches, pixel and code in one word, in the order of `around`.
+    matches: &'a [Vec<u32>; 3],
     tables: &'a [Padded],
-    distance_weights: &'a [f32],
+    distance_weights: &'a [f32; CODES],
     around: &'a Around,
     isa: Isa,
     solver: Solver,
@@ -216,68 +231,68 @@ fn solve_avx2(job: &Job<'_>, voxels: &[u32], out: &mut [Solved]) {
     solve_any(job, voxels, out);
 }
 
-/// A texel that overlaps at a voxel.
-#[derive(Clone, Copy, Default)]
-struct Overlap {
-    color: [u8; 4],
-    index: u32,
-}
+/// How many texels are compared at once.
+const LANES: usize = 8;
 
 // Plain loops: a closure would be compiled without the instruction set and not inlined. Sums are taken in the same order on all
 // of them, and nothing contracts a product and a sum, so that all give the same bits.
 #[inline(always)]
 fn solve_any(job: &Job<'_>, voxels: &[u32], out: &mut [Solved]) {
-    let Job { matches, tables, .. } = *job;
-    let window = matches.window;
+    let Job { window, matches, tables, distance_weights, .. } = *job;
     // The window around a matched voxel covers this one if that voxel lies within the mirrored window.
     let (before, size) = (window.after(), window.size);
-    let directions: Vec<usize> = (0..3).filter(|&d| !matches.directions[d].pixels.is_empty()).collect();
-    let mut overlaps = vec![Overlap::default(); directions.len() * window.pixels()];
+    let directions: Vec<usize> = (0..3).filter(|&d| !matches[d].is_empty()).collect();
+    // The texel lies as far after the match's centre as the voxel lies after the matched one.
+    let offset = |table: &Padded, i: i32| {
+        let (row, column) = (before - i / size + table.margin, before - i % size + table.margin);
+        row as u32 * table.pitch as u32 + column as u32
+    };
+    let offsets: Vec<Vec<u32>> =
+        tables.iter().map(|table| (0..size * size).map(|i| offset(table, i)).collect()).collect();
+    // The texels that overlap at a voxel, those of each view together, filled with the last so that they come in whole lanes.
+    let together = if tables.len() == 1 { directions.len() } else { 1 };
+    let each = (window.pixels() * together).next_multiple_of(LANES);
+    let mut overlapping = vec![0u32; window.pixels()];
+    let mut colors = vec![0u32; each * directions.len() / together];
+    let mut indices = colors.clone();
     for (&voxel, out) in voxels.iter().zip(out) {
-        let voxel = voxel as usize;
         let mut sums = [0.0f32; 4];
         let mut total = 0.0f32;
-        let mut next = overlaps.iter_mut();
+        let mut next = 0;
         for &direction in &directions {
-            let matched = &matches.directions[direction];
+            let matched = &matches[direction][..];
             let view = direction.min(tables.len() - 1);
-            let table = &tables[view];
-            let (own, columns, rows) = job.around.plane(voxel, direction, before, size);
-            for (r, &row) in rows.iter().enumerate() {
-                // The texel lies as far after the match's centre as the voxel lies after the matched one.
-                let line = (before - r as i32 + table.margin) as usize * table.pitch;
-                for (c, &column) in columns.iter().enumerate() {
-                    let at = (own + row + column) as usize;
-                    let pixel = usize::from(matched.pixels[at]);
-                    let offset = line + (before - c as i32 + table.margin) as usize;
-                    let index = (pixel >> 8) * table.pitch + (pixel & 255) + offset;
-                    let texel = table.texels[index];
-                    let weight =
-                        job.distance_weights[usize::from(matched.codes[at]) & (CODES - 1)] * texel.weight;
-                    for (sum, channel) in sums.iter_mut().zip(texel.color) {
-                        *sum += weight * f32::from(channel);
-                    }
-                    total += weight;
-                    if let Some(overlap) = next.next() {
-                        *overlap = Overlap { color: texel.color, index: index as u32 };
-                    }
+            let (table, pitch) = (&tables[view].texels[..], tables[view].pitch as u32);
+            let (own, columns, rows) = job.around.plane(voxel as usize, direction, before, size);
+            for (&row, to) in rows.iter().zip(overlapping.chunks_exact_mut(size as usize)) {
+                for (&column, to) in columns.iter().zip(to) {
+                    *to = matched[(own + row + column) as usize];
                 }
+            }
+            let to = colors[next..].iter_mut().zip(&mut indices[next..]);
+            for ((&matched, &offset), (color, index)) in overlapping.iter().zip(&offsets[view]).zip(to) {
+                *index = (matched >> 8 & 255) * pitch + (matched & 255) + offset;
+                let texel = table[*index as usize];
+                *color = u32::from_le_bytes(texel.color);
+                let weight = distance_weights[(matched >> 16) as usize & (CODES - 1)] * texel.weight;
+                for (sum, channel) in sums.iter_mut().zip(texel.color) {
+                    *sum += weight * f32::from(channel);
+                }
+                total += weight;
+            }
+            next += window.pixels();
+            while !next.is_multiple_of(each) && (together == 1 || next > each - LANES) {
+                (colors[next], indices[next]) = (colors[next - 1], indices[next - 1]);
+                next += 1;
             }
         }
         let mean = sums.map(|sum| if total > 0.0 { sum / total } else { 0.0 });
         let mut best = [(f32::INFINITY, 0usize); 3];
-        for (&direction, overlaps) in directions.iter().zip(overlaps.chunks_exact(window.pixels())) {
-            let best = &mut best[direction.min(tables.len() - 1)];
-            for overlap in overlaps {
-                let mut squares = [0.0f32; 4];
-                for channel in 0..4 {
-                    let difference = f32::from(overlap.color[channel]) - mean[channel];
-                    squares[channel] = difference * difference;
-                }
-                let gap = (squares[0] + squares[2]) + (squares[1] + squares[3]);
-                if gap < best.0 {
-                    *best = (gap, overlap.index as usize);
-                }
+        for (i, (colors, indices)) in colors.chunks_exact(each).zip(indices.chunks_exact(each)).enumerate() {
+            let (gap, place) = nearest_color(colors.as_chunks::<LANES>().0, mean);
+            let view = directions[i].min(tables.len() - 1);
+            if gap < best[view].0 {
+                best[view] = (gap, indices[place] as usize);
             }
         }
         let mut chosen = 0;
@@ -293,4 +308,35 @@ fn solve_any(job: &Job<'_>, voxels: &[u32], out: &mut [Solved]) {
             Solver::Mean => mean.map(|m| (m + 0.5) as u8),
         };
     }
+}
+
+/// How far the colour nearest to `mean` is from it, squared, and which it is, the first among equals.
+#[inline(always)]
+fn nearest_color(colors: &[[u32; LANES]], mean: [f32; 4]) -> (f32, usize) {
+    let mut least = [f32::INFINITY; LANES];
+    // Numbers of blocks, as floats so that both are chosen alike.
+    let mut block = [0.0f32; LANES];
+    for (number, colors) in colors.iter().enumerate() {
+        for lane in 0..LANES {
+            let mut squares = [0.0f32; 4];
+            for channel in 0..4 {
+                let difference = (colors[lane] >> (8 * channel) & 255) as i32 as f32 - mean[channel];
+                squares[channel] = difference * difference;
+            }
+            let gap = (squares[0] + squares[2]) + (squares[1] + squares[3]);
+            let nearer = gap < least[lane];
+            least[lane] = if nearer { gap } else { least[lane] };
+            block[lane] = if nearer { number as f32 } else { block[lane] };
+        }
+    }
+    let mut gap = least[0];
+    for other in least {
+        gap = if other < gap { other } else { gap };
+    }
+    let mut place = u32::MAX;
+    for lane in 0..LANES {
+        let this = block[lane] as u32 * LANES as u32 + lane as u32;
+        place = place.min(if least[lane] == gap { this } else { u32::MAX });
+    }
+    (gap, place as usize)
 }

@@ -11,8 +11,8 @@ mod similar_node;
 mod window;
 
 pub use basis::{BasisError, Keep, PatchBasis, SCALE, patch_basis};
-pub(crate) use nearest::is_wide;
 pub use nearest::{PatchTable, distance, project};
+pub(crate) use nearest::{is_wide, nearest_of};
 pub use patches::{PatchView, Patches, patches};
 pub use similar::{SimilarSets, similar_sets};
 pub use window::Window;
