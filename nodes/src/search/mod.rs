@@ -8,6 +8,7 @@ mod patches;
 mod patches_node;
 mod similar;
 mod similar_node;
+mod tree;
 mod window;
 
 pub use basis::{BasisError, Keep, PatchBasis, SCALE, patch_basis};

@@ -338,16 +338,30 @@ impl PatchTable {
 
     /// Squared distances of `query` to every vector; `out` gets as many entries, and up to seven more for padding.
     pub fn distances(&self, query: &[i16], out: &mut Vec<u32>, isa: Isa) {
+        self.distances_within(0, self.len.div_ceil(8), query, out, isa);
+    }
+
+    /// The same of `count` blocks of eight vectors from `first`, or as many as there are.
+    pub(super) fn distances_within(
+        &self,
+        first: usize,
+        count: usize,
+        query: &[i16],
+        out: &mut Vec<u32>,
+        isa: Isa,
+    ) {
+        let entries = self.entries.get(first * self.dims * 8..).unwrap_or(&[]);
+        let entries = &entries[..entries.len().min(count * self.dims * 8)];
         out.clear();
-        out.resize(self.len.div_ceil(8) * 8, 0);
+        out.resize(entries.len() / self.dims, 0);
         #[cfg(target_arch = "x86_64")]
         if is_wide(isa) {
             // SAFETY: the instruction set has AVX2, and `out` the right length.
-            unsafe { x86::distances(&self.entries, self.dims, query, out) };
+            unsafe { x86::distances(entries, self.dims, query, out) };
             return;
         }
         let _ = isa;
-        for (block, out) in self.entries.chunks_exact(self.dims * 8).zip(out.chunks_exact_mut(8)) {
+        for (block, out) in entries.chunks_exact(self.dims * 8).zip(out.chunks_exact_mut(8)) {
             for (pair, query) in block.chunks_exact(16).zip(query.chunks_exact(2)) {
                 for (entry, out) in pair.chunks_exact(2).zip(out.iter_mut()) {
                     let difference = |i: usize| i32::from(entry[i]) - i32::from(query[i]);

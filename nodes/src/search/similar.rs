@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::nearest::PatchTable;
 use super::patches::Patches;
+use super::tree::{Room, Tree};
 use crate::control::{Cancelled, Control, check};
 use crate::data::{Reader, Writer};
 use crate::lazy::{Isa, Pixel, apart, available_instruction_sets};
@@ -20,6 +21,9 @@ pub struct SimilarSets {
     pub views: Vec<Vec<Pixel>>,
 }
 
+/// From so many neighbourhoods on a tree finds the sets faster than comparing all.
+const MANY: usize = 4096;
+
 /// The exact sets by distance of coefficients. Members lie at least `spread` pixels apart along columns or rows; ties
 /// go to the first pixel. A set that runs out of pixels repeats its last.
 ///
@@ -29,6 +33,16 @@ pub fn similar_sets(
     patches: &Patches,
     k: usize,
     spread: i32,
+    control: &dyn Control,
+) -> Result<SimilarSets, Cancelled> {
+    similar_sets_with(patches, k, spread, MANY, control)
+}
+
+fn similar_sets_with(
+    patches: &Patches,
+    k: usize,
+    spread: i32,
+    many: usize,
     control: &dyn Control,
 ) -> Result<SimilarSets, Cancelled> {
     let isa = available_instruction_sets().last().copied().unwrap_or(Isa::Portable);
@@ -42,10 +56,11 @@ pub fn similar_sets(
         };
         let window = patches.window();
         let centres = window.pixels_of(&level);
-        let table = PatchTable::new(
-            centres.iter().map(|&p| view.coefficients(level.index(p))).collect::<Vec<_>>().into_iter(),
-            view.dims,
-        );
+        let vectors: Vec<&[i16]> = centres.iter().map(|&p| view.coefficients(level.index(p))).collect();
+        let mut numbers = vec![0; (view.width * view.height) as usize];
+        centres.iter().enumerate().for_each(|(number, &p)| numbers[level.index(p)] = number);
+        let tree = (centres.len() >= many).then(|| Tree::new(&vectors, view.dims));
+        let table = PatchTable::new(vectors.into_iter(), view.dims);
         // So many of the nearest can be too close to members taken before.
         let crowd = (2 * spread - 1).pow(2) as usize;
         let keep = (k * crowd).max(2 * k).min(centres.len());
@@ -53,12 +68,21 @@ pub fn similar_sets(
             .into_par_iter()
             .map(|y| {
                 check(control)?;
-                let (mut distances, mut nearest) = (Vec::new(), Vec::new());
+                let (mut distances, mut nearest, mut room) = (Vec::new(), Vec::new(), Room::default());
                 let mut sets = Vec::with_capacity(view.width as usize * k);
                 for x in 0..view.width {
                     let own = window.centre(&level, x, y);
-                    table.distances(view.coefficients(level.index(own)), &mut distances, isa);
-                    smallest(&distances[..centres.len()], keep, &mut nearest);
+                    let query = view.coefficients(level.index(own));
+                    match &tree {
+                        Some(tree) => {
+                            let number = numbers[level.index(own)];
+                            tree.nearest(number, query, keep, isa, &mut room, &mut nearest);
+                        }
+                        None => {
+                            table.distances(query, &mut distances, isa);
+                            smallest(&distances[..centres.len()], keep, &mut nearest);
+                        }
+                    }
                     let start = sets.len();
                     sets.push(own);
                     for &(_, i) in &nearest {
@@ -178,6 +202,10 @@ mod tests {
             let expected: Vec<i64> = order.iter().filter(|&&p| p != own).take(4).map(|&p| gap(p)).collect();
             let found: Vec<i64> = set[1..].iter().map(|&p| gap(p)).collect();
             assert_eq!(found, expected);
+        }
+        for spread in [1, 3] {
+            let by_tree = similar_sets_with(&patches, 5, spread, 0, &()).unwrap();
+            assert_eq!(by_tree, similar_sets_with(&patches, 5, spread, usize::MAX, &()).unwrap());
         }
         let far = similar_sets(&patches, 5, 3, &()).unwrap();
         for set in far.views[0].chunks_exact(5) {

