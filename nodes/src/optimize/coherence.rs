@@ -48,7 +48,7 @@ impl Candidates {
     pub fn new(patches: &Patches, view: usize, sets: Option<&SimilarSets>, method: Method) -> Self {
         let view_of = &patches.views[view];
         let (width, height, tileable) = (view_of.width, view_of.height, view_of.tileable);
-        let level = LevelView { width, height, tileable, texels: Vec::new() };
+        let level = LevelView { width, height, tileable, texels: Vec::new(), barred: Vec::new() };
         let last = (width * height - 1) as usize;
         let index = |&pixel: &Pixel| level.index(pixel).min(last) as u16;
         if method == Method::Exhaustive {
