@@ -8,6 +8,7 @@ mod bake;
 mod lazy_synthesis;
 mod material;
 mod optimize;
+mod particles;
 mod precompute;
 mod slice_on_demand;
 

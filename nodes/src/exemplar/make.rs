@@ -88,7 +88,15 @@ pub fn make_exemplar(
         .chain(maps.iter().map(|(name, map)| ((*name).to_owned(), shrink(map, w, h))))
         .collect();
     let guided = guide.is_some() || mask.is_some() && settings.feature != Feature::None;
-    let view = View { width: w, height: h, texels, carried, tileable: settings.tileable, guided, barred: Vec::new() };
+    let view = View {
+        width: w,
+        height: h,
+        texels,
+        carried,
+        tileable: settings.tileable,
+        guided,
+        barred: Vec::new(),
+    };
     Ok(Exemplar { views: vec![view] })
 }
 
@@ -243,6 +251,10 @@ pub(super) fn transpose(view: &View) -> View {
         carried: carried.collect(),
         tileable: view.tileable,
         guided: view.guided,
-        barred: if view.barred.is_empty() { Vec::new() } else { order.iter().map(|&i| view.barred[i]).collect() },
+        barred: if view.barred.is_empty() {
+            Vec::new()
+        } else {
+            order.iter().map(|&i| view.barred[i]).collect()
+        },
     }
 }

@@ -6,13 +6,13 @@ mod resize;
 mod view;
 mod views;
 
+pub(crate) use feature::feature_channel;
 pub use feature::{Feature, otsu_mask, signed_distance};
 pub use make::{MakeSettings, make_exemplar};
 pub use resize::halve;
-pub(crate) use feature::feature_channel;
 pub(crate) use resize::shrink;
-pub(crate) use views::combine;
 pub use view::{Exemplar, ExemplarError, MAX_SIDE, View};
+pub(crate) use views::combine;
 
 use breccia_engine::Node;
 

@@ -58,7 +58,14 @@ pub fn exporters() -> Vec<Exporter> {
         write_slices::EXPORTER,
         write_atlas::EXPORTER,
     ];
-    [write_image::EXPORTERS, write_report::EXPORTERS, write_curves::EXPORTERS, write_list::EXPORTERS, &volumes].concat()
+    [
+        write_image::EXPORTERS,
+        write_report::EXPORTERS,
+        write_curves::EXPORTERS,
+        write_list::EXPORTERS,
+        &volumes,
+    ]
+    .concat()
 }
 
 /// Decodes an NPY or NRRD volume; the format is told by the content.

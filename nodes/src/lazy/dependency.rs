@@ -18,7 +18,7 @@ pub struct Dependency {
 
 /// What a level must compute so that `wanted` (wrapped already) is known after its last sub-pass.
 pub fn dependency(settings: &Settings, domain: &Domain, level: usize, wanted: &VoxelSet) -> Dependency {
-    match dependency_among(settings, domain, level, wanted, |step| Ok::<_, std::convert::Infallible>(step)) {
+    match dependency_among(settings, domain, level, wanted, Ok::<_, std::convert::Infallible>) {
         Ok(found) => found,
         Err(never) => match never {},
     }

@@ -11,13 +11,13 @@ use super::dependency::{dependency, dependency_among, parents};
 use super::domain::Domain;
 use super::field::{Brick, Correction, Field, bits};
 use super::initial::Initial;
-use super::pyramid::{LevelView, Pixel};
-use super::taken::Taken;
 use super::isa::{Isa, available};
 use super::kernel::Weights;
 use super::per_level;
+use super::pyramid::{LevelView, Pixel};
 use super::schedule::Settings;
 use super::tables::Tables;
+use super::taken::Taken;
 use crate::control::{Cancelled, Control, check};
 use crate::data::{BRICK_VOXELS, Extent, Map, MapInfo, Solid, SolidError, VoxelMap, VoxelSet};
 
@@ -226,7 +226,8 @@ impl LazySolid {
         let correction =
             Correction { domain: &domain, level: tables, weights: self.weights(level), color, isa: self.isa };
         let mut field = if level + 1 == self.tables.levels.len() {
-            let free = free.as_ref().zip(self.taken.as_ref()).map(|(free, (_, marker))| (&free.free, *marker));
+            let free =
+                free.as_ref().zip(self.taken.as_ref()).map(|(free, (_, marker))| (&free.free, *marker));
             Field::start(&need.before, &self.initial, self.settings.seed, free, &correction, control)?
         } else {
             let coarse = self.finished(level + 1, &parents(&need.before), work, control)?;
@@ -248,7 +249,11 @@ impl LazySolid {
     }
 
     /// The pixel triples of the voxels asked for (Z, Y, X order is the set's own), with the work done.
-    pub(super) fn field(&self, voxels: &VoxelSet, control: &dyn Control) -> Result<(Field, Work), SolidError> {
+    pub(super) fn field(
+        &self,
+        voxels: &VoxelSet,
+        control: &dyn Control,
+    ) -> Result<(Field, Work), SolidError> {
         let levels = self.tables.levels.len();
         let mut work = Work { corrections: vec![0; levels], costs: vec![0; levels] };
         let wrapped = self.domain(0).wrap_set(voxels);
@@ -362,10 +367,14 @@ impl LazySolid {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TakenError {
     /// Coarser levels do not know which voxels are taken.
-    #[error("voxels can be left to another solid only where there is one level; the pyramid has {0}, expected `levels` 1")]
+    #[error(
+        "voxels can be left to another solid only where there is one level; the pyramid has {0}, expected `levels` 1"
+    )]
     Levels(usize),
     /// There is nothing that taken voxels could look like.
-    #[error("the exemplar bars no pixel that taken voxels could look like; expected one from `particles.matrix`")]
+    #[error(
+        "the exemplar bars no pixel that taken voxels could look like; expected one from `particles.matrix`"
+    )]
     NothingBarred,
 }
 

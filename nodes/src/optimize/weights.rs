@@ -126,7 +126,8 @@ mod tests {
     #[test]
     fn smoothing_is_the_mean_of_a_square() {
         for tileable in [false, true] {
-            let view = LevelView { width: 7, height: 5, tileable, texels: vec![[0; 4]; 35], barred: Vec::new() };
+            let view =
+                LevelView { width: 7, height: 5, tileable, texels: vec![[0; 4]; 35], barred: Vec::new() };
             let counts: Vec<u32> = (0..35).map(|i| i * i % 23).collect();
             for radius in 0..3 {
                 let found = smoothed(&counts, &view, radius);

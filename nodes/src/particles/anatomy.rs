@@ -97,7 +97,8 @@ mod tests {
         assert!((found.sphericity() - 1.0).abs() < 0.03);
         assert!(found.axes.iter().all(|a| (a - 30.0).abs() < 0.7), "{found:?}");
         let long = Bits::from_fn([-30; 3], [61; 3], |[x, y, z]| {
-            (f64::from(x) / 24.0).powi(2) + (f64::from(y) / 12.0).powi(2) + (f64::from(z - 3) / 8.0).powi(2) <= 1.0
+            (f64::from(x) / 24.0).powi(2) + (f64::from(y) / 12.0).powi(2) + (f64::from(z - 3) / 8.0).powi(2)
+                <= 1.0
         });
         let found = Anatomy::of(&long).unwrap();
         for (axis, wanted) in found.axes.iter().zip([48.0, 24.0, 16.0]) {

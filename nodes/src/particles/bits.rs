@@ -119,7 +119,8 @@ impl Occupancy {
     }
 
     fn row(&self, y: i64, z: i64) -> Option<usize> {
-        let (y, z) = if self.wrap { (y.rem_euclid(self.size[1]), z.rem_euclid(self.size[2])) } else { (y, z) };
+        let (y, z) =
+            if self.wrap { (y.rem_euclid(self.size[1]), z.rem_euclid(self.size[2])) } else { (y, z) };
         let inside = (0..self.size[1]).contains(&y) && (0..self.size[2]).contains(&z);
         inside.then(|| (z * self.size[1] + y) as usize * self.words)
     }

@@ -121,9 +121,8 @@ fn component(labels: &[u32], grid: &Grid, start: usize, seen: &mut [bool]) -> Ve
 
 /// The section of a component, unless it is to be left out.
 fn section(mut pixels: Vec<[i32; 2]>, grid: &Grid, settings: &SectionSettings) -> Option<Section> {
-    let touches = |edge: usize| {
-        pixels.iter().any(|&[x, y]| [x == 0, x == grid.w - 1, y == 0, y == grid.h - 1][edge])
-    };
+    let touches =
+        |edge: usize| pixels.iter().any(|&[x, y]| [x == 0, x == grid.w - 1, y == 0, y == grid.h - 1][edge]);
     let edges: Vec<usize> = if grid.tileable { Vec::new() } else { (0..4).filter(|&e| touches(e)).collect() };
     match (settings.border, &edges[..]) {
         (_, []) | (Border::Keep, _) => {}
@@ -218,12 +217,7 @@ fn basins(mask: &[bool], grid: &Grid, split: f64) -> Vec<u32> {
 }
 
 /// Twice the mean distance to the particles along the lines where the cells of two sections meet in the matrix.
-fn thickness(
-    labels: &[u32],
-    mask: &[bool],
-    grid: &Grid,
-    control: &dyn Control,
-) -> Result<f32, Cancelled> {
+fn thickness(labels: &[u32], mask: &[bool], grid: &Grid, control: &dyn Control) -> Result<f32, Cancelled> {
     let (w, h) = (grid.w as usize, grid.h as usize);
     // Particles that were left out bound the matrix too.
     let all: Vec<u32> =
@@ -288,7 +282,10 @@ mod tests {
         let whole = mask.len() as f32;
         let dropped = found(Border::Drop);
         assert_eq!((dropped.sections.len(), dropped.left_out), (1, 2));
-        assert_eq!(dropped.sections[0].area as i32, (0..50 * 50).filter(|i| disc(i % 50, i / 50, 25, 25, 10)).count() as i32);
+        assert_eq!(
+            dropped.sections[0].area as i32,
+            (0..50 * 50).filter(|i| disc(i % 50, i / 50, 25, 25, 10)).count() as i32
+        );
         assert_eq!(found(Border::Keep).sections.len(), 3);
         let complete = found(Border::Complete);
         assert_eq!((complete.sections.len(), complete.left_out), (2, 1));

@@ -39,6 +39,9 @@ pub struct DeformedSolid {
     digest: Digest,
 }
 
+/// A placed particle at a voxel, and which of its own voxels that is; nothing in the matrix.
+type Hit = Option<(usize, [i32; 3])>;
+
 /// Edge of the index's cells in voxels.
 const CELL: i32 = 16;
 
@@ -91,7 +94,7 @@ impl DeformedSolid {
     }
 
     /// The placed particle at a voxel, and which of its own voxels that is: the first of those that meet there.
-    fn at(&self, voxel: [i32; 3]) -> Option<(usize, [i32; 3])> {
+    fn at(&self, voxel: [i32; 3]) -> Hit {
         let near = self.cells.get(&voxel.map(|c| c.div_euclid(CELL)))?;
         near.iter().find_map(|&i| {
             let (i, center, back) = &self.poses[i as usize];
@@ -118,7 +121,8 @@ fn within(packing: &Packing) -> Vec<(u32, [i32; 3])> {
             for y in shifts.clone() {
                 for x in shifts.clone() {
                     let shift = [x, y, z];
-                    let center: [i32; 3] = std::array::from_fn(|a| placed.center[a] + shift[a] * packing.size[a] as i32);
+                    let center: [i32; 3] =
+                        std::array::from_fn(|a| placed.center[a] + shift[a] * packing.size[a] as i32);
                     let reaches = (0..3).all(|a| {
                         let first = center[a] + low[a];
                         first < packing.size[a] as i32 && first + size[a] as i32 > 0
@@ -152,18 +156,25 @@ impl Solid for DeformedSolid {
             let local = [at & 7, at >> 3 & 7, at >> 6];
             std::array::from_fn(|a| brick[a] * BRICK + local[a] as i32)
         };
-        let found: Vec<Vec<Option<(usize, [i32; 3])>>> = bricks
-            .par_iter()
-            .map(|&brick| {
-                check(control)?;
-                let asked = voxels.mask(brick).copied().unwrap_or_default();
-                Ok((0..BRICK_VOXELS)
-                    .map(|at| if asked[at >> 6] >> (at & 63) & 1 == 1 { self.at(place(brick, at)) } else { None })
-                    .collect())
-            })
-            .collect::<Result<_, Cancelled>>()?;
+        let found: Vec<Vec<Hit>> =
+            bricks
+                .par_iter()
+                .map(|&brick| {
+                    check(control)?;
+                    let asked = voxels.mask(brick).copied().unwrap_or_default();
+                    Ok((0..BRICK_VOXELS)
+                        .map(|at| {
+                            if asked[at >> 6] >> (at & 63) & 1 == 1 {
+                                self.at(place(brick, at))
+                            } else {
+                                None
+                            }
+                        })
+                        .collect())
+                })
+                .collect::<Result<_, Cancelled>>()?;
         if self.part != Part::All {
-            let inside = |voxel: [i32; 3], found: Option<(usize, [i32; 3])>| match self.part {
+            let inside = |voxel: [i32; 3], found: Hit| match self.part {
                 Part::Particles => found.is_some(),
                 _ => {
                     let p = self.material(voxel);

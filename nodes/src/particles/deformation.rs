@@ -126,7 +126,8 @@ pub(super) fn inverted(m: [[f64; 3]; 3]) -> Option<[[f64; 3]; 3]> {
         m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1]
     };
     let determinant: f64 = (0..3).map(|c| m[0][c] * minor(0, c)).sum();
-    (determinant.abs() > 1e-9).then(|| std::array::from_fn(|r| std::array::from_fn(|c| minor(c, r) / determinant)))
+    (determinant.abs() > 1e-9)
+        .then(|| std::array::from_fn(|r| std::array::from_fn(|c| minor(c, r) / determinant)))
 }
 
 /// A matrix times a vector.
@@ -157,7 +158,9 @@ mod tests {
         let (s, c) = (libm::sin(0.6), libm::cos(0.6));
         let turn = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]];
         let stretch = [[1.4, 0.1, 0.0], [0.1, 0.8, 0.05], [0.0, 0.05, 1.1]];
-        let both = std::array::from_fn(|r| std::array::from_fn(|k| (0..3).map(|i| turn[r][i] * stretch[i][k]).sum()));
+        let both = std::array::from_fn(|r| {
+            std::array::from_fn(|k| (0..3).map(|i| turn[r][i] * stretch[i][k]).sum())
+        });
         let found = rotation(both);
         assert!((0..9).all(|i| f64::abs(found[i / 3][i % 3] - turn[i / 3][i % 3]) < 1e-9), "{found:?}");
     }

@@ -52,7 +52,13 @@ impl Factors {
             return f64::from(self.0.first().copied().unwrap_or(SCALE as u16)) / SCALE;
         }
         let size = v.map(f64::abs);
-        let axis = if size[0] >= size[1] && size[0] >= size[2] { 0 } else if size[1] >= size[2] { 1 } else { 2 };
+        let axis = if size[0] >= size[1] && size[0] >= size[2] {
+            0
+        } else if size[1] >= size[2] {
+            1
+        } else {
+            2
+        };
         if size[axis] == 0.0 {
             return f64::from(self.0[0]) / SCALE;
         }
@@ -91,7 +97,8 @@ pub fn beside(node: usize) -> impl Iterator<Item = usize> {
     near.into_iter().filter_map(move |(di, dj)| {
         let (i, j) = (i as i64 + di, j as i64 + dj);
         let range = 0..CORNERS as i64;
-        (range.contains(&i) && range.contains(&j)).then(|| (face * CORNERS + j as usize) * CORNERS + i as usize)
+        (range.contains(&i) && range.contains(&j))
+            .then(|| (face * CORNERS + j as usize) * CORNERS + i as usize)
     })
 }
 

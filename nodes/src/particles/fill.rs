@@ -56,8 +56,7 @@ const MOST: f64 = 3.0;
 pub fn fill(packing: &Packing, settings: &FillSettings, control: &dyn Control) -> Result<Packing, Cancelled> {
     let domain = Domain::new(packing, settings.cells, control)?;
     control.progress(0.3);
-    let clearance =
-        if settings.clearance < 0.0 { packing.set.thickness() / 2.0 } else { settings.clearance };
+    let clearance = if settings.clearance < 0.0 { packing.set.thickness() / 2.0 } else { settings.clearance };
     let rays: Vec<Rays> = packing
         .placed
         .par_iter()
@@ -82,7 +81,10 @@ pub fn fill(packing: &Packing, settings: &FillSettings, control: &dyn Control) -
     if settings.fraction != 0.0 {
         let voxels: f64 = packing.size.iter().map(|&n| f64::from(n)).product();
         let filled = |shapes: &[Shape]| {
-            let counts = shapes.iter().zip(&packing.placed).map(|(shape, placed)| domain.inside(&shape.bits, placed.center));
+            let counts = shapes
+                .iter()
+                .zip(&packing.placed)
+                .map(|(shape, placed)| domain.inside(&shape.bits, placed.center));
             counts.sum::<u64>() as f64 / voxels
         };
         // The fraction grows with α; where that is not enough, the clearance shrinks too: halve the interval from the least α over
@@ -104,7 +106,8 @@ pub fn fill(packing: &Packing, settings: &FillSettings, control: &dyn Control) -
         }
     }
     let placed = packing.placed.iter().zip(found).filter(|(_, shape)| shape.bits.count() > 0);
-    let placed = placed.map(|(placed, shape)| Placed { shape: Some(Arc::new(shape)), ..placed.clone() }).collect();
+    let placed =
+        placed.map(|(placed, shape)| Placed { shape: Some(Arc::new(shape)), ..placed.clone() }).collect();
     Ok(Packing { placed, set: Arc::clone(&packing.set), size: packing.size, wrap: packing.wrap })
 }
 
@@ -144,15 +147,18 @@ impl Domain {
     #[inline]
     fn index(&self, voxel: [i32; 3]) -> Option<usize> {
         let mut at = voxel;
-        for a in 0..3 {
-            if !(0..self.size[a]).contains(&at[a]) {
+        for (c, n) in at.iter_mut().zip(self.size) {
+            if !(0..n).contains(c) {
                 if !self.wrap {
                     return None;
                 }
-                at[a] = at[a].rem_euclid(self.size[a]);
+                *c = c.rem_euclid(n);
             }
         }
-        Some((at[2] as usize * self.size[1] as usize + at[1] as usize) * self.size[0] as usize + at[0] as usize)
+        Some(
+            (at[2] as usize * self.size[1] as usize + at[1] as usize) * self.size[0] as usize
+                + at[0] as usize,
+        )
     }
 
     /// Whether a voxel belongs to a particle's cell; beyond a domain that ends every voxel does.
@@ -193,7 +199,7 @@ impl Rays {
         for node in 0..NODES {
             let d = direction(node);
             let steps = |t: f64| (0..(2.0 * t) as i32 + 1).map(|k| f64::from(k) / 2.0);
-            let own = steps(f64::from(reach) * 1.75 + 1.0).filter(|&t| packing.holds(placed, at(d, t))).last();
+            let own = steps(f64::from(reach) * 1.75 + 1.0).rfind(|&t| packing.holds(placed, at(d, t)));
             let own = own.unwrap_or(0.0) + 0.25;
             let border = steps(own * MOST + 8.0).find(|&t| {
                 let v = at(d, t);
@@ -206,13 +212,22 @@ impl Rays {
         Self { radius, cell }
     }
 
-    fn shape(&self, packing: &Packing, domain: &Domain, placed: &Placed, id: u32, alpha: f64, clearance: f64) -> Shape {
+    fn shape(
+        &self,
+        packing: &Packing,
+        domain: &Domain,
+        placed: &Placed,
+        id: u32,
+        alpha: f64,
+        clearance: f64,
+    ) -> Shape {
         let Self { cell, radius } = self;
         let largest = |(cell, own): (&f64, &f64)| {
             if cell.is_finite() { ((cell - clearance) / own).clamp(LEAST, MOST) } else { 1.0 }
         };
         let most: Vec<f64> = cell.iter().zip(radius).map(largest).collect();
-        let right_angles = (0..NODES).filter(|&n| cell[n].is_finite() && beside(n).all(|m| cell[n] <= cell[m]));
+        let right_angles =
+            (0..NODES).filter(|&n| cell[n].is_finite() && beside(n).all(|m| cell[n] <= cell[m]));
         let uniform = right_angles.map(|n| most[n]).fold(MOST, f64::min);
         let limit = ((1.0 + alpha) * uniform).clamp(LEAST, MOST);
         let scaled: Vec<f64> = most.iter().map(|&most| limit.min(most)).collect();
@@ -232,7 +247,13 @@ impl Rays {
         let before = placed.shape.as_deref();
         // Dropping what touches another cell on three sides leaves a film of one voxel, on six sides of two.
         let near = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0], [0, 0, -1]];
-        let sides = if clearance < 0.5 { 0 } else if clearance < 1.0 { 3 } else { 6 };
+        let sides = if clearance < 0.5 {
+            0
+        } else if clearance < 1.0 {
+            3
+        } else {
+            6
+        };
         let bits = Bits::from_fn(low, size, |v| {
             let place: [i32; 3] = std::array::from_fn(|a| placed.center[a] + v[a]);
             if !domain.owns(id, place) {

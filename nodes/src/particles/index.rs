@@ -54,7 +54,8 @@ impl Index {
             for sy in shifts(1) {
                 for sx in shifts(0) {
                     let shift = [sx, sy, sz];
-                    let shift: [i32; 3] = std::array::from_fn(|a| shift[a].wrapping_mul(packing.size[a] as i32));
+                    let shift: [i32; 3] =
+                        std::array::from_fn(|a| shift[a].wrapping_mul(packing.size[a] as i32));
                     let from: [i32; 3] = std::array::from_fn(|a| origin[a].wrapping_sub(shift[a]));
                     let cell = |a: usize| from[a].div_euclid(CELL)..=(from[a] + size - 1).div_euclid(CELL);
                     for z in cell(2) {
@@ -105,7 +106,9 @@ impl Index {
                             continue;
                         }
                         let local = [x, y, z];
-                        let voxel = std::array::from_fn(|a| (i64::from(origin[a]) + local[a] - i64::from(center[a])) as i32);
+                        let voxel = std::array::from_fn(|a| {
+                            (i64::from(origin[a]) + local[a] - i64::from(center[a])) as i32
+                        });
                         if packing.holds(placed, voxel) {
                             found[at] = (i + 1, voxel);
                         }

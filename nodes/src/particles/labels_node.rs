@@ -23,7 +23,13 @@ impl Node for LabelsNode {
         )
         .input("packing", Packing::TYPE, "The particles in their places.")
         .output("volume", Volume::TYPE, "One map, `label`, of whole numbers.");
-        with_box(spec, 128).float("spacing", 1e-9..=1e9, 1.0, "world units", "Edge of a voxel, kept in files that can.")
+        with_box(spec, 128).float(
+            "spacing",
+            1e-9..=1e9,
+            1.0,
+            "world units",
+            "Edge of a voxel, kept in files that can.",
+        )
     }
 
     fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {

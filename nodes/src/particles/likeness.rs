@@ -59,7 +59,7 @@ pub fn likeness(packing: &Packing, control: &dyn Control) -> Result<(Report, Cur
         let view = &set.view(v).view;
         let size = [view.width, view.height].map(f64::from);
         let turns = [
-            directions(&[own.clone()], size, view.tileable),
+            directions(std::slice::from_ref(&own), size, view.tileable),
             directions(&slices, AXES[v].map(|a| f64::from(packing.size[a])), packing.wrap),
         ];
         let turned = 0.5 * (0..SECTORS).map(|s| (turns[0][s] - turns[1][s]).abs()).sum::<f64>();
@@ -77,7 +77,13 @@ pub fn likeness(packing: &Packing, control: &dyn Control) -> Result<(Report, Cur
         ));
     }
     report.rows.push(row("section_size_ks".into(), sum[0], "1, mean of the views", None, Some([0.0, 0.15])));
-    report.rows.push(row("direction_distance".into(), sum[1], "1, mean of the views", None, Some([0.0, 0.2])));
+    report.rows.push(row(
+        "direction_distance".into(),
+        sum[1],
+        "1, mean of the views",
+        None,
+        Some([0.0, 0.2]),
+    ));
     control.progress(0.8);
     let anatomies: Vec<Anatomy> = packing
         .placed
@@ -87,7 +93,8 @@ pub fn likeness(packing: &Packing, control: &dyn Control) -> Result<(Report, Cur
             Anatomy::of(&Bits::from_fn(low, size, |v| packing.holds(placed, v)))
         })
         .collect();
-    let mean = |f: &dyn Fn(&Anatomy) -> f64| anatomies.iter().map(f).sum::<f64>() / anatomies.len().max(1) as f64;
+    let mean =
+        |f: &dyn Fn(&Anatomy) -> f64| anatomies.iter().map(f).sum::<f64>() / anatomies.len().max(1) as f64;
     let volume = mean(&|a| a.volume);
     let spread = libm::sqrt(mean(&|a| (a.volume - volume) * (a.volume - volume)));
     report.row("particles", packing.placed.len() as f64, "count");
@@ -137,6 +144,9 @@ fn of_picture(of: &Sections) -> Vec<Cut> {
     cuts.collect()
 }
 
+/// Of a particle in a slice: pixels, sums of offsets from its first pixel, that pixel, bounds of the offsets.
+type Tally = (u32, [i64; 2], [i64; 2], [i64; 4]);
+
 /// The cross-sections in every fourth slice across an axis; as small ones are left out as in the picture, and in a domain that
 /// ends those that its border cuts.
 fn slices(packing: &Packing, labels: &[u32], axis: usize, like: &Sections) -> Vec<Vec<Cut>> {
@@ -148,8 +158,7 @@ fn slices(packing: &Packing, labels: &[u32], axis: usize, like: &Sections) -> Ve
         .collect::<Vec<_>>()
         .into_par_iter()
         .map(|layer| {
-            // For each particle: pixels, sums of offsets from its first pixel, first pixel, bounds.
-            let mut found: std::collections::BTreeMap<u32, (u32, [i64; 2], [i64; 2], [i64; 4])> = Default::default();
+            let mut found: std::collections::BTreeMap<u32, Tally> = Default::default();
             for j in 0..size[w] {
                 for i in 0..size[u] {
                     let mut at = [0; 3];
@@ -172,15 +181,21 @@ fn slices(packing: &Packing, labels: &[u32], axis: usize, like: &Sections) -> Ve
                 }
             }
             let edges = [size[u] as i64, size[w] as i64];
-            let cut = |(area, sum, first, bounds): &(u32, [i64; 2], [i64; 2], [i64; 4])| {
+            let cut = |(area, sum, first, bounds): &Tally| {
                 let border = !packing.wrap
-                    && (0..2).any(|k| first[k] + bounds[2 * k] <= 0 || first[k] + bounds[2 * k + 1] >= edges[k] - 1);
+                    && (0..2).any(|k| {
+                        first[k] + bounds[2 * k] <= 0 || first[k] + bounds[2 * k + 1] >= edges[k] - 1
+                    });
                 let weight = (0..2).map(|k| {
                     let extent = (bounds[2 * k + 1] - bounds[2 * k] + 1) as f64;
                     if packing.wrap { 1.0 } else { (1.0 - extent / edges[k] as f64).max(0.05) }
                 });
                 let center = [0, 1].map(|k| first[k] as f64 + sum[k] as f64 / f64::from(*area));
-                (!border && *area >= least).then(|| Cut { area: f64::from(*area), center, weight: 1.0 / weight.product::<f64>() })
+                (!border && *area >= least).then(|| Cut {
+                    area: f64::from(*area),
+                    center,
+                    weight: 1.0 / weight.product::<f64>(),
+                })
             };
             found.values().filter_map(cut).collect()
         })
@@ -276,7 +291,8 @@ mod tests {
 
     #[test]
     fn a_row_has_one_direction() {
-        let row = (0..9).map(|i| Cut { area: 1.0, center: [f64::from(i) * 10.0, 0.0], weight: 1.0 }).collect();
+        let row =
+            (0..9).map(|i| Cut { area: 1.0, center: [f64::from(i) * 10.0, 0.0], weight: 1.0 }).collect();
         let found = directions(&[row], [90.0, 90.0], true);
         assert!(found[0] > 0.99, "{found:?}");
     }

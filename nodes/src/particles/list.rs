@@ -56,7 +56,10 @@ impl ParticleList {
         let domain = packing.size.map(|n| n as i32);
         let counts = domain.map(|n| (n / edge).max(1));
         let cell = |center: [i32; 3]| -> [i32; 3] {
-            std::array::from_fn(|a| (i64::from(center[a].clamp(0, domain[a] - 1)) * i64::from(counts[a]) / i64::from(domain[a])) as i32)
+            std::array::from_fn(|a| {
+                (i64::from(center[a].clamp(0, domain[a] - 1)) * i64::from(counts[a]) / i64::from(domain[a]))
+                    as i32
+            })
         };
         let mut cells: std::collections::BTreeMap<[i32; 3], Vec<usize>> = std::collections::BTreeMap::new();
         for (i, placed) in packing.placed.iter().enumerate() {
@@ -77,7 +80,11 @@ impl ParticleList {
             let mut neighbours: Vec<u32> = (0..27)
                 .filter_map(|k| {
                     let near = [here[0] + k % 3 - 1, here[1] + k / 3 % 3 - 1, here[2] + k / 9 - 1];
-                    let near = if packing.wrap { std::array::from_fn(|a| near[a].rem_euclid(counts[a])) } else { near };
+                    let near = if packing.wrap {
+                        std::array::from_fn(|a| near[a].rem_euclid(counts[a]))
+                    } else {
+                        near
+                    };
                     cells.get(&near)
                 })
                 .flatten()
@@ -102,7 +109,8 @@ impl ParticleList {
     /// The table as CSV (RFC 4180) with a header line; neighbours are separated by spaces.
     pub fn csv(&self) -> String {
         let mut text =
-            "id,x,y,z,volume,axis_1,axis_2,axis_3,sphericity,section_x,section_y,section_z,neighbours\r\n".to_owned();
+            "id,x,y,z,volume,axis_1,axis_2,axis_3,sphericity,section_x,section_y,section_z,neighbours\r\n"
+                .to_owned();
         for e in &self.entries {
             let ([x, y, z], [a, b, c], [u, v, w]) = (e.center, e.axes, e.sections);
             let near: Vec<String> = e.neighbours.iter().map(u32::to_string).collect();
@@ -145,7 +153,8 @@ impl Data for ParticleList {
     }
 
     fn summary(&self) -> String {
-        let mean = self.entries.iter().map(|e| e.volume as f64).sum::<f64>() / self.entries.len().max(1) as f64;
+        let mean =
+            self.entries.iter().map(|e| e.volume as f64).sum::<f64>() / self.entries.len().max(1) as f64;
         format!("{} particles of {mean:.0} voxels in the mean", self.entries.len())
     }
 

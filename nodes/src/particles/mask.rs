@@ -1,7 +1,7 @@
 //! An automatic mask of particles: two classes of brightness or several of colour, then clean-up.
 
 use crate::data::Image;
-use crate::exemplar::{otsu_mask, View};
+use crate::exemplar::{View, otsu_mask};
 
 /// How pixels are told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,8 +53,7 @@ pub fn auto_mask(view: &View, color: &Image, classes: Classes, inside: Inside, l
 /// Whether a pixel belongs to the brighter half of `k` clusters of colour. The clusters start from quantiles of luminance.
 fn clusters(color: &Image, k: usize) -> Vec<bool> {
     let (w, h) = (color.width(), color.height());
-    let pixels: Vec<[f64; 3]> =
-        (0..w * h).map(|i| color.rgb8(i % w, i / w).map(f64::from)).collect();
+    let pixels: Vec<[f64; 3]> = (0..w * h).map(|i| color.rgb8(i % w, i / w).map(f64::from)).collect();
     let light = |p: &[f64; 3]| 0.299 * p[0] + 0.587 * p[1] + 0.114 * p[2];
     let mut order: Vec<usize> = (0..pixels.len()).collect();
     order.sort_by(|&a, &b| light(&pixels[a]).total_cmp(&light(&pixels[b])).then(a.cmp(&b)));

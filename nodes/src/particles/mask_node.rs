@@ -61,7 +61,8 @@ impl Node for MaskNode {
         };
         let mask = auto_mask(view, color, classes, inside, context.int("least")? as usize);
         let width = view.width;
-        let picture = Image::from_fn(width, view.height, |x, y| [u8::from(mask[(y * width + x) as usize]) * 255]);
+        let picture =
+            Image::from_fn(width, view.height, |x, y| [u8::from(mask[(y * width + x) as usize]) * 255]);
         context.set("mask", picture);
         Ok(())
     }

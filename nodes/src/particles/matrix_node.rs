@@ -11,7 +11,8 @@ pub(super) fn matrix_view(sections: &Sections) -> View {
     let view = &sections.view;
     let matrix = || view.texels.iter().zip(&sections.mask).filter(|(_, inside)| !**inside);
     let count = matrix().count().max(1) as u64;
-    let mean: [u8; 3] = std::array::from_fn(|c| (matrix().map(|(t, _)| u64::from(t[c])).sum::<u64>() / count) as u8);
+    let mean: [u8; 3] =
+        std::array::from_fn(|c| (matrix().map(|(t, _)| u64::from(t[c])).sum::<u64>() / count) as u8);
     let (w, h) = (view.width as usize, view.height as usize);
     let distance = signed_distance(&sections.mask, w, h, view.tileable);
     let outside: Vec<f32> = distance.iter().map(|d| d.min(0.0)).collect();
@@ -47,7 +48,9 @@ impl Node for MatrixNode {
         let z = context.input::<Sections>("sections")?;
         let x = context.optional::<Sections>("sections_x")?;
         let y = context.optional::<Sections>("sections_y")?;
-        if let Some(full) = [Some(&z), x.as_ref(), y.as_ref()].into_iter().flatten().find(|s| !s.mask.contains(&false)) {
+        if let Some(full) =
+            [Some(&z), x.as_ref(), y.as_ref()].into_iter().flatten().find(|s| !s.mask.contains(&false))
+        {
             let (w, h) = (full.view.width, full.view.height);
             return Err(NodeError::Input(format!(
                 "a mask of {w} × {h} pixels is white everywhere: there is no matrix to copy; use a constant matrix"

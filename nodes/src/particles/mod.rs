@@ -43,6 +43,8 @@ mod sections_node;
 mod select;
 mod solid;
 mod solid_node;
+#[cfg(test)]
+mod tests;
 mod triples;
 
 pub use anatomy::Anatomy;
@@ -62,8 +64,8 @@ pub use pack::{Choice, Order, PackError, PackSettings, pack};
 pub use packing::{Packing, Placed, Shape};
 pub use particle::{NOTHING, Particle, ParticleSet};
 pub use recolor::{RecolorSettings, RecolorSolid};
-pub use repel::{RepelSettings, repel};
 pub use reconstruct::{reconstruct, sweep};
+pub use repel::{RepelSettings, repel};
 pub use section::{Section, Sections};
 pub use select::{SelectSettings, select};
 pub use solid::{LABEL, Look, ParticleSolid};

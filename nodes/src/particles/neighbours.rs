@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::axes::AXES;
 use super::particle::ParticleSet;
 use super::section::Sections;
+use crate::control::{Cancelled, Control, check};
 use crate::data::{pack, unpack};
 
 /// A cross-section near another.
@@ -32,8 +33,14 @@ impl Neighbours {
     ///
     /// A cross-section that no particle was made of is stood in for by the one of nearest area that has some, since
     /// its place in the picture tells of the arrangement none the less.
-    pub fn new(set: &ParticleSet, k: usize) -> Self {
-        let near = std::array::from_fn(|v| nearest(set.view(v), k));
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn new(set: &ParticleSet, k: usize, control: &dyn Control) -> Result<Self, Cancelled> {
+        // One picture is looked at once.
+        let own: Vec<Vec<Vec<Near>>> =
+            (0..set.views.len()).map(|v| nearest(set.view(v), k, control)).collect::<Result<_, _>>()?;
+        let near = std::array::from_fn(|v: usize| own[v.min(own.len() - 1)].clone());
         let made = std::array::from_fn(|v| {
             let sections = &set.view(v).sections;
             let mut made: Vec<Vec<u32>> = vec![Vec::new(); sections.len()];
@@ -54,12 +61,16 @@ impl Neighbours {
             }
             made
         });
-        Self { near, made }
+        Ok(Self { near, made })
     }
 
     /// The neighbour set N_P of a particle by the union formula: particles with the offset of their centre from the particle's
     /// along x, y and z in voxels, and the view that says so.
-    pub fn of<'a>(&'a self, set: &'a ParticleSet, particle: u32) -> impl Iterator<Item = (u32, [f32; 3], usize)> + 'a {
+    pub fn of<'a>(
+        &'a self,
+        set: &'a ParticleSet,
+        particle: u32,
+    ) -> impl Iterator<Item = (u32, [f32; 3], usize)> + 'a {
         (0..3).flat_map(move |v| {
             let one = &set.particles[particle as usize];
             let section = one.sections[v] as usize;
@@ -87,7 +98,7 @@ pub(super) fn center_offset(set: &ParticleSet, view: usize, one: u32, other: u32
     offset
 }
 
-fn nearest(of: &Sections, k: usize) -> Vec<Vec<Near>> {
+fn nearest(of: &Sections, k: usize, control: &dyn Control) -> Result<Vec<Vec<Near>>, Cancelled> {
     let size = [of.view.width, of.view.height].map(|n| n as f32);
     let offset = |a: [f32; 2], b: [f32; 2]| -> [f32; 2] {
         std::array::from_fn(|i| {
@@ -96,6 +107,7 @@ fn nearest(of: &Sections, k: usize) -> Vec<Vec<Near>> {
         })
     };
     let one = |i: usize| {
+        check(control)?;
         let mut others: Vec<(f32, u32, [f32; 2])> = (0..of.sections.len())
             .filter(|&j| j != i)
             .map(|j| {
@@ -103,13 +115,14 @@ fn nearest(of: &Sections, k: usize) -> Vec<Vec<Near>> {
                 (d[0] * d[0] + d[1] * d[1], j as u32, d)
             })
             .collect();
-        let order = |a: &(f32, u32, [f32; 2]), b: &(f32, u32, [f32; 2])| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        let order =
+            |a: &(f32, u32, [f32; 2]), b: &(f32, u32, [f32; 2])| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
         if others.len() > k {
             others.select_nth_unstable_by(k, order);
             others.truncate(k);
         }
         others.sort_by(order);
-        others.into_iter().map(|(_, section, offset)| Near { section, offset }).collect()
+        Ok(others.into_iter().map(|(_, section, offset)| Near { section, offset }).collect())
     };
     (0..of.sections.len()).into_par_iter().map(one).collect()
 }

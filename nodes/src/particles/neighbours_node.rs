@@ -25,7 +25,8 @@ impl Node for NeighboursNode {
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {
         let set = context.input::<ParticleSet>("particles")?;
-        context.set("neighbours", Neighbours::new(&set, context.int("near")? as usize));
+        let neighbours = Neighbours::new(&set, context.int("near")? as usize, &*context)?;
+        context.set("neighbours", neighbours);
         Ok(())
     }
 }

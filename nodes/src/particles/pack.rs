@@ -114,7 +114,11 @@ pub fn pack(
         set,
         neighbours,
         region,
-        shapes: set.particles.iter().map(|p| Bits::from_fn(p.low, p.size, |v| p.holds(v)).grown(settings.gap)).collect(),
+        shapes: set
+            .particles
+            .iter()
+            .map(|p| Bits::from_fn(p.low, p.size, |v| p.holds(v)).grown(settings.gap))
+            .collect(),
         bare: set.particles.iter().map(|p| Bits::from_fn(p.low, p.size, |v| p.holds(v))).collect(),
         taken: Occupancy::new(size, wrap),
         exact: Vec::new(),
@@ -300,7 +304,10 @@ impl Packer<'_> {
         };
         let squared = |axes: &[usize]| {
             // Sixteenths of a voxel, squared: whole numbers have one order on every machine.
-            axes.iter().map(|&a| libm::round(from_middle(a) * 16.0) as i64).map(|d| (d * d) as u64).sum::<u64>()
+            axes.iter()
+                .map(|&a| libm::round(from_middle(a) * 16.0) as i64)
+                .map(|d| (d * d) as u64)
+                .sum::<u64>()
         };
         match self.settings.order {
             Order::Isotropic => (0, squared(&[0, 1, 2])),

@@ -73,7 +73,9 @@ impl Node for PackNode {
         let size = match context.ints("size")?[..] {
             [n] => [n as u32; 3],
             [x, y, z] => [x, y, z].map(|n| n as u32),
-            ref other => return Err(NodeError::Failed(format!("a size takes 1 or 3 numbers, found {}", other.len()))),
+            ref other => {
+                return Err(NodeError::Failed(format!("a size takes 1 or 3 numbers, found {}", other.len())));
+            }
         };
         let axis = match context.text("axis")? {
             "x" => 0,
@@ -119,10 +121,12 @@ fn lightness(solid: &dyn Solid, size: [u32; 3], control: &dyn Control) -> Result
     let mut light = Vec::with_capacity(size.iter().map(|&n| n as usize).product());
     for z in (0..size[2]).step_by(8) {
         let layers = (size[2] - z).min(8);
-        let volume = box_volume(solid, [0, 0, z as i32], [size[0], size[1], layers], available_memory(), control)?;
+        let volume =
+            box_volume(solid, [0, 0, z as i32], [size[0], size[1], layers], available_memory(), control)?;
         let Some(map) = volume.map("color") else { continue };
         light.extend((0..volume.voxels()).map(|i| {
-            let rgb = [0, 1, 2].map(|c| u32::from(map.samples.get_u8(i * map.channels + c.min(map.channels - 1))));
+            let rgb =
+                [0, 1, 2].map(|c| u32::from(map.samples.get_u8(i * map.channels + c.min(map.channels - 1))));
             ((rgb[0] * 77 + rgb[1] * 150 + rgb[2] * 29) >> 8) as u8
         }));
     }

@@ -112,8 +112,12 @@ impl Data for Packing {
     const DOCS: &'static str = "Particles placed in a domain.";
 
     fn byte_size(&self) -> u64 {
-        let shapes: u64 =
-            self.placed.iter().flat_map(|p| &p.shape).map(|s| s.bits.byte_size() + s.factors.byte_size()).sum();
+        let shapes: u64 = self
+            .placed
+            .iter()
+            .flat_map(|p| &p.shape)
+            .map(|s| s.bits.byte_size() + s.factors.byte_size())
+            .sum();
         self.set.byte_size() + shapes + 24 * self.placed.len() as u64
     }
 

@@ -125,7 +125,8 @@ impl Data for ParticleSet {
     }
 
     fn summary(&self) -> String {
-        let mean = self.particles.iter().map(|p| f64::from(p.volume)).sum::<f64>() / self.particles.len().max(1) as f64;
+        let mean = self.particles.iter().map(|p| f64::from(p.volume)).sum::<f64>()
+            / self.particles.len().max(1) as f64;
         format!("{} particles of {mean:.0} voxels in the mean", self.particles.len())
     }
 
@@ -149,8 +150,9 @@ impl Data for ParticleSet {
         if count != 1 && count != 3 {
             return Err("not one or three views".to_owned());
         }
-        let views: Vec<Arc<Sections>> =
-            (0..count).map(|_| Sections::decode(reader.bytes()?).map(Arc::new)).collect::<Result<_, String>>()?;
+        let views: Vec<Arc<Sections>> = (0..count)
+            .map(|_| Sections::decode(reader.bytes()?).map(Arc::new))
+            .collect::<Result<_, String>>()?;
         let particles: Vec<Particle> = unpack(reader.bytes()?)?;
         let discarded = reader.u32()?;
         reader.end()?;
@@ -159,10 +161,15 @@ impl Data for ParticleSet {
             let voxels = particle.size.iter().try_fold(1usize, |n, &m| n.checked_mul(m as usize));
             let in_views = (0..3).all(|v| (particle.sections[v] as usize) < view(v).sections.len());
             let shows = |&s: &u32| {
-                s == NOTHING || s >> 30 < 3 && ((s & 0x3fff_ffff) as usize) < view((s >> 30) as usize).mask.len()
+                s == NOTHING
+                    || s >> 30 < 3 && ((s & 0x3fff_ffff) as usize) < view((s >> 30) as usize).mask.len()
             };
             let near = (0..3).all(|a| particle.low[a].unsigned_abs() < 1 << 16 && particle.size[a] < 1 << 16);
-            if voxels != Some(particle.source.len()) || !in_views || !near || !particle.source.iter().all(shows) {
+            if voxels != Some(particle.source.len())
+                || !in_views
+                || !near
+                || !particle.source.iter().all(shows)
+            {
                 return Err("a particle does not fit its pictures".to_owned());
             }
         }

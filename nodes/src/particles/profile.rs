@@ -97,7 +97,9 @@ impl Soft {
         let weighted = |i: usize| {
             let (x, y) = (low[0] + (i % width) as i32, low[1] + (i / width) as i32);
             let near = (0..9).map(|k| (k % 3 - 1, k / 3 - 1));
-            let weights = near.map(|(dx, dy)| f64::from(u8::from(section.holds(x + dx, y + dy)) * ((2 - dx.abs()) * (2 - dy.abs())) as u8));
+            let weights = near.map(|(dx, dy)| {
+                f64::from(u8::from(section.holds(x + dx, y + dy)) * ((2 - dx.abs()) * (2 - dy.abs())) as u8)
+            });
             weights.sum::<f64>() / 16.0
         };
         Self { low, width, cover: (0..width * height).map(weighted).collect() }
@@ -108,7 +110,11 @@ impl Soft {
         let get = |x: i32, y: i32| {
             let (x, y) = (x - self.low[0], y - self.low[1]);
             let inside = x >= 0 && y >= 0 && (x as usize) < self.width;
-            if inside { self.cover.get(y as usize * self.width + x as usize).copied().unwrap_or(0.0) } else { 0.0 }
+            if inside {
+                self.cover.get(y as usize * self.width + x as usize).copied().unwrap_or(0.0)
+            } else {
+                0.0
+            }
         };
         let (i, j, u, v) = (fx as i32, fy as i32, x - fx, y - fy);
         let low = get(i, j) * (1.0 - u) + get(i + 1, j) * u;
@@ -129,9 +135,8 @@ fn solidity(section: &Section) -> f64 {
     }
     points.sort_unstable();
     points.dedup();
-    let turn = |a: [i64; 2], b: [i64; 2], c: [i64; 2]| {
-        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-    };
+    let turn =
+        |a: [i64; 2], b: [i64; 2], c: [i64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     // Both chains of the hull (Andrew 1979).
     let chain = |points: &mut dyn Iterator<Item = [i64; 2]>| {
         let mut hull: Vec<[i64; 2]> = Vec::new();

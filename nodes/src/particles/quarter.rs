@@ -37,10 +37,8 @@ impl Quarter {
     pub fn new(from: Side<'_>, horizontal_from: usize, to: Side<'_>, horizontal_to: usize) -> Self {
         let simple = |profile: &Profile| profile.is_convex() && profile.is_star_shaped();
         if !(simple(from.2) && simple(to.2))
-            && let Some(morph) = RigidMorph::new(
-                &quarter_mask(from, horizontal_from),
-                &quarter_mask(to, horizontal_to),
-            )
+            && let Some(morph) =
+                RigidMorph::new(&quarter_mask(from, horizontal_from), &quarter_mask(to, horizontal_to))
         {
             return Self::Rigid(morph);
         }

@@ -47,7 +47,8 @@ impl Quota {
     pub fn wants(&self, particle: u32) -> bool {
         let class = self.class[particle as usize];
         let placed = f64::from(self.placed[class]);
-        placed < self.limit[class] && placed <= self.share[class] * (1.0 + self.slack) * f64::from(self.total) + 2.0
+        placed < self.limit[class]
+            && placed <= self.share[class] * (1.0 + self.slack) * f64::from(self.total) + 2.0
     }
 
     /// Counts a particle that was placed.
@@ -107,8 +108,9 @@ fn densities(set: &ParticleSet, class: &[usize]) -> [f64; CLASSES] {
         *density = if count[k] > 0.0 { 1.0 } else { 0.0 };
     }
     for _ in 0..200 {
-        let explained: Vec<f64> =
-            (0..BINS).map(|b| (0..CLASSES).map(|k| gives[k][b] * density[k]).sum::<f64>().max(1e-12)).collect();
+        let explained: Vec<f64> = (0..BINS)
+            .map(|b| (0..CLASSES).map(|k| gives[k][b] * density[k]).sum::<f64>().max(1e-12))
+            .collect();
         for (k, density) in density.iter_mut().enumerate() {
             let all: f64 = gives[k].iter().sum();
             let part: f64 = (0..BINS).map(|b| gives[k][b] * wanted[b] / explained[b]).sum();
@@ -126,4 +128,3 @@ pub(super) fn stands_for(view: &Sections, size: [u32; 2]) -> f64 {
     let seen = |size: u32, edge: u32| (1.0 - f64::from(size) / f64::from(edge)).max(0.05);
     1.0 / (seen(size[0], view.view.width) * seen(size[1], view.view.height))
 }
-

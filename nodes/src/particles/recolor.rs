@@ -9,9 +9,7 @@ use super::index::Index;
 use super::packing::Packing;
 use super::particle::NOTHING;
 use crate::control::{Cancelled, Control, check};
-use crate::data::{
-    BRICK, BRICK_VOXELS, Extent, MapInfo, Samples, Solid, SolidError, VoxelMap, VoxelSet,
-};
+use crate::data::{BRICK, BRICK_VOXELS, Extent, MapInfo, Samples, Solid, SolidError, VoxelMap, VoxelSet};
 
 /// How colours are taken over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,7 +64,9 @@ impl RecolorSolid {
             let light = shown.clone().map(|&s| {
                 let view = &set.view((s >> 30) as usize).view;
                 let i = s & 0x3fff_ffff;
-                view.carried.first().map_or(0.0, |(_, image)| luminance(image.rgb8(i % view.width, i / view.width)))
+                view.carried
+                    .first()
+                    .map_or(0.0, |(_, image)| luminance(image.rgb8(i % view.width, i / view.width)))
             });
             light.sum::<f64>() / shown.count().max(1) as f64
         };
@@ -152,7 +152,8 @@ impl Solid for RecolorSolid {
             for at in (0..BRICK_VOXELS).filter(|at| asked[at >> 6] >> (at & 63) & 1 == 1) {
                 let (label, _) = labels[at];
                 let local = [at & 7, at >> 3 & 7, at >> 6];
-                let voxel = std::array::from_fn(|a| brick[a].wrapping_mul(BRICK).wrapping_add(local[a] as i32));
+                let voxel =
+                    std::array::from_fn(|a| brick[a].wrapping_mul(BRICK).wrapping_add(local[a] as i32));
                 let place = (slot * BRICK_VOXELS + at) * n;
                 let Some(old) = samples.get(place..place + 3).map(|c| [c[0], c[1], c[2]]) else { continue };
                 let (new, shade) = if label == 0 {

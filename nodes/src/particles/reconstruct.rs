@@ -71,7 +71,8 @@ pub fn sweep(views: [&Sections; 3], triple: &Triple) -> Option<Particle> {
         for y in -half[1]..=half[1] {
             for x in -half[0]..=half[0] {
                 let p = [x, y, z];
-                let octant = usize::from(p[u] < 0) | usize::from(p[w] < 0) << 1 | usize::from(p[base] < 0) << 2;
+                let octant =
+                    usize::from(p[u] < 0) | usize::from(p[w] < 0) << 1 | usize::from(p[base] < 0) << 2;
                 let found = locate(&quarters[octant], &profiles[base], p, [u, w], base);
                 source.push(found.map_or(NOTHING, |[in_u, in_w, in_base]| {
                     let at = |v: usize, axes: [usize; 2], place: [f64; 2]| {
@@ -82,7 +83,8 @@ pub fn sweep(views: [&Sections; 3], triple: &Triple) -> Option<Particle> {
                         }
                         shown(views[v], sections[v], triple.centers[v], planar) | (v as u32) << 30
                     };
-                    let pixels = [at(on_u, [u, base], in_u), at(on_w, [w, base], in_w), at(base, [u, w], in_base)];
+                    let pixels =
+                        [at(on_u, [u, base], in_u), at(on_w, [w, base], in_w), at(base, [u, w], in_base)];
                     nearest_to_mean(views, pixels)
                 }));
             }
@@ -103,7 +105,13 @@ fn signs(view: usize, axis: usize, sign: i32, base: usize, sign_base: i32) -> [i
 
 /// Where a voxel lies in the section on the first axis, in that on the second (both: along that axis, along the sweep axis), and
 /// in the base section; all without signs. `None` outside the particle.
-fn locate(quarter: &Quarter, base: &Profile, p: [i32; 3], [u, w]: [usize; 2], axis: usize) -> Option<[[f64; 2]; 3]> {
+fn locate(
+    quarter: &Quarter,
+    base: &Profile,
+    p: [i32; 3],
+    [u, w]: [usize; 2],
+    axis: usize,
+) -> Option<[[f64; 2]; 3]> {
     let (pu, pw, h) = (f64::from(p[u]), f64::from(p[w]), f64::from(p[axis].abs()));
     let r = libm::sqrt(pu * pu + pw * pw);
     // On the sweep axis itself all directions meet: take the middle one.
@@ -133,7 +141,10 @@ fn nearest_to_mean(views: [&Sections; 3], pixels: [u32; 3]) -> u32 {
     let colors = pixels.map(|pixel| {
         let view = &views[(pixel >> 30) as usize].view;
         let i = pixel & 0x3fff_ffff;
-        view.carried.first().map_or([0; 3], |(_, image)| image.rgb8(i % view.width, i / view.width)).map(i32::from)
+        view.carried
+            .first()
+            .map_or([0; 3], |(_, image)| image.rgb8(i % view.width, i / view.width))
+            .map(i32::from)
     });
     let away = |color: &[i32; 3]| {
         (0..3).map(|c| (3 * color[c] - colors.iter().map(|other| other[c]).sum::<i32>()).pow(2)).sum::<i32>()
@@ -231,11 +242,9 @@ mod tests {
 
     #[test]
     fn equal_sections_match_and_others_do_not() {
-        let found = picture(&[
-            &|x, y| x * x + y * y <= 36,
-            &|x, y| x * x + y * y <= 225,
-            &|x, y| x * x + y * y <= 40,
-        ]);
+        let found = picture(&[&|x, y| x * x + y * y <= 36, &|x, y| x * x + y * y <= 225, &|x, y| {
+            x * x + y * y <= 40
+        }]);
         let (set, counts) = reconstruct(vec![found], &TripleSettings::default(), &()).unwrap();
         assert_eq!(counts.possible, 27);
         for particle in &set.particles {

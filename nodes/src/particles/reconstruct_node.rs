@@ -49,12 +49,18 @@ impl Node for ReconstructNode {
         };
         let maps = |v: &Arc<Sections>| {
             let infos = v.view.map_infos();
-            infos.iter().map(|m| format!("{} ({} channels, {:?})", m.name, m.channels, m.ty)).collect::<Vec<_>>().join(", ")
+            infos
+                .iter()
+                .map(|m| format!("{} ({} channels, {:?})", m.name, m.channels, m.ty))
+                .collect::<Vec<_>>()
+                .join(", ")
         };
         for view in &views[1..] {
             if view.view.map_infos() != views[0].view.map_infos() {
                 let (found, expected) = (maps(view), maps(&views[0]));
-                return Err(NodeError::Input(format!("the views carry different maps: {found} against {expected}")));
+                return Err(NodeError::Input(format!(
+                    "the views carry different maps: {found} against {expected}"
+                )));
             }
         }
         let settings = TripleSettings {
@@ -76,7 +82,9 @@ impl Node for ReconstructNode {
             )));
         }
         let mut report = Report::new("Particles");
-        let mean = |f: &dyn Fn(usize) -> f64| (0..set.particles.len()).map(f).sum::<f64>() / set.particles.len() as f64;
+        let mean = |f: &dyn Fn(usize) -> f64| {
+            (0..set.particles.len()).map(f).sum::<f64>() / set.particles.len() as f64
+        };
         report
             .row("triples", counts.possible as f64, "count")
             .row("accepted", counts.accepted as f64, "count")
@@ -86,12 +94,17 @@ impl Node for ReconstructNode {
             .row("mean_error", mean(&|i| f64::from(set.particles[i].error)), "1")
             .row("mean_volume", mean(&|i| f64::from(set.particles[i].volume)), "voxels");
         for v in 0..set.views.len() {
-            let name = if set.views.len() == 1 { "used".to_owned() } else { format!("used_{}", ["x", "y", "z"][v]) };
+            let name =
+                if set.views.len() == 1 { "used".to_owned() } else { format!("used_{}", ["x", "y", "z"][v]) };
             let used: std::collections::BTreeSet<u32> = (0..3)
                 .filter(|&d| set.views.len() == 1 || d == v)
                 .flat_map(|d| set.particles.iter().map(move |p| p.sections[d]))
                 .collect();
-            report.row(name, used.len() as f64 / set.view(v).sections.len().max(1) as f64, "fraction of the cross-sections");
+            report.row(
+                name,
+                used.len() as f64 / set.view(v).sections.len().max(1) as f64,
+                "fraction of the cross-sections",
+            );
         }
         context.set("report", report);
         context.set("particles", set);

@@ -36,7 +36,11 @@ const REACH: i32 = 8;
 ///
 /// # Errors
 /// [`Cancelled`].
-pub fn repel(packing: &Packing, settings: &RepelSettings, control: &dyn Control) -> Result<Packing, Cancelled> {
+pub fn repel(
+    packing: &Packing,
+    settings: &RepelSettings,
+    control: &dyn Control,
+) -> Result<Packing, Cancelled> {
     let grid = Grid::new(packing);
     let kernel = grid.kernel();
     let mut places: Vec<[f64; 3]> = packing.placed.iter().map(|p| p.center.map(f64::from)).collect();
@@ -71,7 +75,11 @@ pub fn repel(packing: &Packing, settings: &RepelSettings, control: &dyn Control)
                 let step = limit * (strength / mean.max(1e-12)).min(1.0);
                 for a in 0..3 {
                     let (moved, n) = (place[a] + force[a] / strength * step, f64::from(packing.size[a]));
-                    place[a] = if packing.wrap { moved - n * libm::floor(moved / n) } else { moved.clamp(0.0, n - 1.0) };
+                    place[a] = if packing.wrap {
+                        moved - n * libm::floor(moved / n)
+                    } else {
+                        moved.clamp(0.0, n - 1.0)
+                    };
                 }
             }
         }
@@ -139,7 +147,8 @@ impl Grid {
                     });
                     let inside = |a: usize| packing.wrap || (0..self.inner[a] as i64).contains(&sample[a]);
                     if packing.holds(placed, voxel) && (0..3).all(inside) {
-                        let wrapped = std::array::from_fn(|a| sample[a].rem_euclid(self.inner[a] as i64) as usize);
+                        let wrapped =
+                            std::array::from_fn(|a| sample[a].rem_euclid(self.inner[a] as i64) as usize);
                         found.push(self.index(wrapped) as u32);
                     }
                 }
@@ -157,7 +166,9 @@ impl Grid {
                 for x in -REACH..=REACH {
                     let offset = [x, y, z];
                     // On a short axis the window would reach around and meet itself.
-                    if (0..3).any(|a| 2 * offset[a].unsigned_abs() as usize >= self.size[a]) || offset == [0; 3] {
+                    if (0..3).any(|a| 2 * offset[a].unsigned_abs() as usize >= self.size[a])
+                        || offset == [0; 3]
+                    {
                         continue;
                     }
                     let d: [f64; 3] = std::array::from_fn(|a| f64::from(offset[a]) * self.spacing[a]);
@@ -181,7 +192,8 @@ impl Grid {
         samples.iter().flatten().for_each(|&i| density[i as usize][0] += 1.0);
         transform(&mut density, self.size, false);
         let [xy, z] = [0, 1].map(|k: usize| {
-            let mut product: Vec<Complex> = density.iter().zip(&kernel[k]).map(|(&a, &b)| times(a, b)).collect();
+            let mut product: Vec<Complex> =
+                density.iter().zip(&kernel[k]).map(|(&a, &b)| times(a, b)).collect();
             transform(&mut product, self.size, true);
             product
         });

@@ -121,7 +121,8 @@ fn step(t: f64) -> usize {
 
 /// The weights of a triangle's corners at a place; `None` if the triangle has no area.
 fn barycentric([a, b, c]: [[f64; 2]; 3], p: [f64; 2]) -> Option<[f64; 3]> {
-    let cross = |o: [f64; 2], u: [f64; 2], v: [f64; 2]| (u[0] - o[0]) * (v[1] - o[1]) - (u[1] - o[1]) * (v[0] - o[0]);
+    let cross =
+        |o: [f64; 2], u: [f64; 2], v: [f64; 2]| (u[0] - o[0]) * (v[1] - o[1]) - (u[1] - o[1]) * (v[0] - o[0]);
     let area = cross(a, b, c);
     if area.abs() < 1e-9 {
         return None;
@@ -191,7 +192,9 @@ fn component(mask: &[Vec<bool>]) -> Option<Vec<Vec<bool>>> {
 
 /// The corners along the boundary, once around, from (0, 0) along the columns' axis first.
 fn trace(region: &[Vec<bool>]) -> Option<Vec<[usize; 2]>> {
-    let inside = |x: i64, y: i64| x >= 0 && y >= 0 && region.get(y as usize).and_then(|row| row.get(x as usize)) == Some(&true);
+    let inside = |x: i64, y: i64| {
+        x >= 0 && y >= 0 && region.get(y as usize).and_then(|row| row.get(x as usize)) == Some(&true)
+    };
     let (mut at, mut direction) = ([0i64, 0i64], [1i64, 0i64]);
     let mut corners = Vec::new();
     for _ in 0..8 * region.len() * region.len() + 8 {
@@ -265,10 +268,10 @@ fn harmonic(region: &[Vec<bool>], boundary: &[[usize; 2]]) -> FxHashMap<[usize; 
     for _ in 0..400 {
         let mut change = 0.0f64;
         for (i, near) in &free {
-            for c in 0..2 {
-                let mean = near.iter().map(|&j| values[j][c]).sum::<f64>() / near.len().max(1) as f64;
-                let step = 1.7 * (mean - values[*i][c]);
-                values[*i][c] += step;
+            let sum = near.iter().fold([0.0; 2], |sum, &j| [sum[0] + values[j][0], sum[1] + values[j][1]]);
+            for (value, sum) in values[*i].iter_mut().zip(sum) {
+                let step = 1.7 * (sum / near.len().max(1) as f64 - *value);
+                *value += step;
                 change = change.max(step.abs());
             }
         }
@@ -407,7 +410,10 @@ mod tests {
 
     /// A quarter that bends so far that its end cannot be seen from the centre.
     fn hook(x: f64, y: f64) -> bool {
-        x < 20.0 && y < 6.0 || (14.0..20.0).contains(&x) && y < 24.0 || (4.0..20.0).contains(&x) && (18.0..24.0).contains(&y) || x < 3.0 && y < 12.0
+        x < 20.0 && y < 6.0
+            || (14.0..20.0).contains(&x) && y < 24.0
+            || (4.0..20.0).contains(&x) && (18.0..24.0).contains(&y)
+            || x < 3.0 && y < 12.0
     }
 
     #[test]
@@ -420,7 +426,11 @@ mod tests {
                 assert!((0..2).all(|c| (found[c] - wanted[c]).abs() < 0.35), "{found:?} {wanted:?}");
             }
             let pixels = mask.iter().flatten().filter(|&&m| m).count() as f64;
-            assert!((area(&morph.ends[end]) / pixels - 1.0).abs() < 0.12, "{} {pixels}", area(&morph.ends[end]));
+            assert!(
+                (area(&morph.ends[end]) / pixels - 1.0).abs() < 0.12,
+                "{} {pixels}",
+                area(&morph.ends[end])
+            );
         }
         assert!(morph.locate(1.0, [17.0, 20.0]).is_some());
         assert!(morph.locate(1.0, [8.0, 12.0]).is_none(), "the hook's inside is empty");
@@ -438,7 +448,11 @@ mod tests {
                 })
                 .count()
         };
-        assert!(morph.ends.iter().all(|end| turned(end) <= 4), "{:?}", morph.ends.each_ref().map(|e| turned(e)));
+        assert!(
+            morph.ends.iter().all(|end| turned(end) <= 4),
+            "{:?}",
+            morph.ends.each_ref().map(|e| turned(e))
+        );
     }
 
     #[test]
@@ -453,6 +467,8 @@ mod tests {
 
     #[test]
     fn what_is_too_thin_has_no_mesh() {
-        assert!(RigidMorph::new(&mask(|x, y| x < 1.0 && y < 1.0), &mask(|x, y| x < 9.0 && y < 9.0)).is_none());
+        assert!(
+            RigidMorph::new(&mask(|x, y| x < 1.0 && y < 1.0), &mask(|x, y| x < 9.0 && y < 9.0)).is_none()
+        );
     }
 }

@@ -62,9 +62,11 @@ impl Section {
     /// The pixels, row by row.
     pub fn pixels(&self) -> impl Iterator<Item = [i32; 2]> + '_ {
         let width = self.size[0] as usize;
-        self.inside.iter().enumerate().filter(|(_, inside)| **inside).map(move |(i, _)| {
-            [self.low[0] + (i % width) as i32, self.low[1] + (i / width) as i32]
-        })
+        self.inside
+            .iter()
+            .enumerate()
+            .filter(|(_, inside)| **inside)
+            .map(move |(i, _)| [self.low[0] + (i % width) as i32, self.low[1] + (i / width) as i32])
     }
 
     /// For every pixel of the box, how far it lies from the nearest pixel outside the section; 0 outside.
@@ -181,7 +183,8 @@ impl Data for Sections {
         let packed: Packed = unpack(reader.bytes()?)?;
         reader.end()?;
         let fits = |s: &Section| {
-            s.inside.len() as u64 == u64::from(s.size[0]) * u64::from(s.size[1]) && s.size.iter().all(|&n| n < 1 << 16)
+            s.inside.len() as u64 == u64::from(s.size[0]) * u64::from(s.size[1])
+                && s.size.iter().all(|&n| n < 1 << 16)
         };
         if packed.mask.len() != view.texels.len() || !packed.sections.iter().all(fits) {
             return Err("cross-sections do not fit their picture".to_owned());

@@ -13,7 +13,8 @@ pub(super) fn aligned_mask(view: &View, mask: &Image) -> Result<Vec<bool>, NodeE
     let (w, h) = (view.width, view.height);
     let longest = mask.width().max(mask.height());
     let side = longest.min(w.max(h));
-    let scaled = |n: u32| ((u64::from(n) * u64::from(side) + u64::from(longest) / 2) / u64::from(longest)).max(1);
+    let scaled =
+        |n: u32| ((u64::from(n) * u64::from(side) + u64::from(longest) / 2) / u64::from(longest)).max(1);
     if (scaled(mask.width()), scaled(mask.height())) != (w.into(), h.into()) {
         return Err(NodeError::Input(format!(
             "the mask is {} × {} pixels, the picture {w} × {h}: expected a mask of the picture's size",

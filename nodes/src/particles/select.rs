@@ -42,7 +42,11 @@ pub fn select(packing: &Packing, settings: &SelectSettings) -> Packing {
         .par_iter()
         .enumerate()
         .filter(|(i, placed)| stays(*i, placed))
-        .map(|(_, placed)| if settings.scale == 1.0 { placed.clone() } else { scaled(packing, placed, settings.scale) })
+        .map(
+            |(_, placed)| {
+                if settings.scale == 1.0 { placed.clone() } else { scaled(packing, placed, settings.scale) }
+            },
+        )
         .collect();
     Packing { placed, set: Arc::clone(&packing.set), size: packing.size, wrap: packing.wrap }
 }

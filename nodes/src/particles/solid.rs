@@ -130,7 +130,8 @@ impl Solid for ParticleSolid {
             return Extent::Bounded([0; 3], self.packing.size);
         }
         // The whole repeats if the matrix does so at least as often.
-        let divides = |period: [u32; 3]| (0..3).all(|a| self.packing.size[a].is_multiple_of(period[a].max(1)));
+        let divides =
+            |period: [u32; 3]| (0..3).all(|a| self.packing.size[a].is_multiple_of(period[a].max(1)));
         match self.matrix.as_ref().map(|matrix| matrix.extent()) {
             None => Extent::Periodic(self.packing.size),
             Some(Extent::Periodic(period)) if divides(period) => Extent::Periodic(self.packing.size),
@@ -196,7 +197,9 @@ pub(super) fn copy_masked(to: &mut Map, slot: usize, from: Option<(&Map, usize)>
     for at in (0..BRICK_VOXELS).filter(|at| mask[at >> 6] >> (at & 63) & 1 == 1) {
         let place = (slot * BRICK_VOXELS + at) * n;
         match (from, &mut to.samples) {
-            (Some((map, other)), samples) => samples.copy_from(place, &map.samples, (other * BRICK_VOXELS + at) * n, n),
+            (Some((map, other)), samples) => {
+                samples.copy_from(place, &map.samples, (other * BRICK_VOXELS + at) * n, n)
+            }
             (None, Samples::U8(v)) if flat => v[place..place + 3].copy_from_slice(&[128, 128, 255]),
             _ => {}
         }

@@ -95,6 +95,9 @@ const CENTRES: usize = 25;
 /// Errors are kept in this fraction of one.
 const SCALE: f64 = 65_535.0;
 
+/// The error of a triple, its sections, and their centres, by position in the lists of candidates.
+type Scored = (u32, [usize; 3], [usize; 3]);
+
 /// The triples of least error that together use as many different cross-sections as they can: by rounds, in each of which no
 /// cross-section is used more than once more than in the round before.
 ///
@@ -134,7 +137,7 @@ pub fn find_triples(
     let limit = (f64::from(largest) * settings.threshold) as u32;
 
     /// What one section of the first view found: triples, and the least error of all.
-    type Found = (Vec<(u32, [usize; 3], [usize; 3])>, u64);
+    type Found = (Vec<Scored>, u64);
     let found: Vec<Found> = (0..counts[0])
         .into_par_iter()
         .map(|x| {
@@ -142,7 +145,7 @@ pub fn find_triples(
             let mut accepted = Vec::new();
             let mut count = 0;
             // The best few of each pair of sections, so that all sections have their chance.
-            let mut by_z: Vec<Vec<(u32, [usize; 3], [usize; 3])>> = vec![Vec::new(); counts[2]];
+            let mut by_z: Vec<Vec<Scored>> = vec![Vec::new(); counts[2]];
             for y in 0..counts[1] {
                 let mut by_y = Vec::new();
                 let first = pairs[2].least(x, y);
@@ -191,14 +194,14 @@ pub fn find_triples(
 }
 
 /// Keeps the three of least error.
-fn keep_best(best: &mut Vec<(u32, [usize; 3], [usize; 3])>, new: (u32, [usize; 3], [usize; 3])) {
+fn keep_best(best: &mut Vec<Scored>, new: Scored) {
     best.push(new);
     best.sort_unstable();
     best.truncate(3);
 }
 
 /// Indices of up to `most` triples of a sorted list, by rounds in which every section is used at most once more.
-fn spread(all: &[(u32, [usize; 3], [usize; 3])], counts: [usize; 3], most: usize) -> Vec<usize> {
+fn spread(all: &[Scored], counts: [usize; 3], most: usize) -> Vec<usize> {
     let mut uses = counts.map(|n| vec![0usize; n]);
     let mut taken = vec![false; all.len()];
     let mut order = Vec::new();
@@ -352,7 +355,11 @@ fn difference(a: &Line, b: &Line) -> u16 {
     let (mut sum, mut count) = (0u32, 0u32);
     for t in a.low.min(b.low)..high(a).max(high(b)) {
         let at = |line: &Line| {
-            usize::try_from(t - line.low).ok().and_then(|i| line.pixels.get(i)).copied().filter(|(_, inside)| *inside)
+            usize::try_from(t - line.low)
+                .ok()
+                .and_then(|i| line.pixels.get(i))
+                .copied()
+                .filter(|(_, inside)| *inside)
         };
         match (at(a), at(b)) {
             (Some((p, _)), Some((q, _))) => {
@@ -392,7 +399,9 @@ impl Pairs {
             .map(|a| {
                 check(control)?;
                 let table = |b: &Candidate| {
-                    let lines = |l: &[Line; 2]| b.lines.iter().map(|m| difference(&l[axis_a], &m[axis_b])).collect::<Vec<_>>();
+                    let lines = |l: &[Line; 2]| {
+                        b.lines.iter().map(|m| difference(&l[axis_a], &m[axis_b])).collect::<Vec<_>>()
+                    };
                     a.lines.iter().flat_map(lines).collect()
                 };
                 Ok(b.iter().map(table).collect())

@@ -32,5 +32,10 @@ use breccia_engine::Node;
 
 /// The nodes of this family.
 pub fn nodes() -> Vec<Box<dyn Node>> {
-    vec![Box::new(cube::Cube), Box::new(mesh::Mesh), Box::new(sheet::Sheet), Box::new(translucent_node::Translucent)]
+    vec![
+        Box::new(cube::Cube),
+        Box::new(mesh::Mesh),
+        Box::new(sheet::Sheet),
+        Box::new(translucent_node::Translucent),
+    ]
 }

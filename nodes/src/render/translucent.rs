@@ -42,14 +42,18 @@ pub fn translucent(
 ) -> Result<Image, RenderError> {
     check_picture(settings.picture)?;
     let [x, y, z] = size;
-    if !size.iter().all(|n| (1..=1024).contains(n)) || (0..3).any(|i| origin[i].checked_add_unsigned(size[i]).is_none()) {
+    if !size.iter().all(|n| (1..=1024).contains(n))
+        || (0..3).any(|i| origin[i].checked_add_unsigned(size[i]).is_none())
+    {
         return Err(RenderError::Box(x, y, z));
     }
     let voxels = |solid: &dyn Solid| box_volume(solid, origin, size, available_memory(), control);
     let white = |solid: &dyn Solid| -> Result<Vec<bool>, RenderError> {
         let volume = voxels(solid)?;
         let map = volume.maps.first();
-        Ok(map.map_or_else(Vec::new, |map| (0..volume.voxels()).map(|i| map.samples.get_u8(i * map.channels) > 127).collect()))
+        Ok(map.map_or_else(Vec::new, |map| {
+            (0..volume.voxels()).map(|i| map.samples.get_u8(i * map.channels) > 127).collect()
+        }))
     };
     let scene = Scene {
         size: size.map(f64::from),
@@ -59,7 +63,8 @@ pub fn translucent(
         opacity: settings.opacity.clamp(0.0, 1.0),
         linear: std::array::from_fn(|byte| f64::from(srgb_to_linear(byte as u8))),
     };
-    let corners = (0..8).map(|i| to_world(std::array::from_fn(|a| if i >> a & 1 == 1 { scene.size[a] } else { 0.0 })));
+    let corners =
+        (0..8).map(|i| to_world(std::array::from_fn(|a| if i >> a & 1 == 1 { scene.size[a] } else { 0.0 })));
     let camera = Camera::framing(corners, settings.view, 1.0, 0.86, settings.picture);
     let weight = 1.0 / f64::from(GRID * GRID);
     compose(settings.picture, settings.background, control, |column, row| {
@@ -102,7 +107,8 @@ impl Scene {
     /// Whether a voxel stops a ray.
     fn is_solid(&self, voxel: [i64; 3]) -> bool {
         self.index(voxel).is_some_and(|at| {
-            self.is_there(at) && (self.opacity >= 1.0 || self.marked.as_ref().is_some_and(|marked| marked[at]))
+            self.is_there(at)
+                && (self.opacity >= 1.0 || self.marked.as_ref().is_some_and(|marked| marked[at]))
         })
     }
 
@@ -124,14 +130,21 @@ impl Scene {
             return ([0.0; 3], 0.0);
         }
         let start = add(eye, scale(ray, enter + 1e-9));
-        let mut voxel: [i64; 3] = std::array::from_fn(|a| start[a].floor().clamp(0.0, self.size[a] - 1.0) as i64);
+        let mut voxel: [i64; 3] =
+            std::array::from_fn(|a| start[a].floor().clamp(0.0, self.size[a] - 1.0) as i64);
         let step = ray.map(|r| if r < 0.0 { -1i64 } else { 1 });
         let mut next: Vec3 =
             std::array::from_fn(|a| ((voxel[a] + i64::from(step[a] > 0)) as f64 - eye[a]) / ray[a]);
         let (mut light, mut cover, mut t) = ([0.0; 3], 0.0f64, enter);
         let length = dot(ray, ray).sqrt();
         while let Some(at) = self.index(voxel) {
-            let axis = if next[0] <= next[1] && next[0] <= next[2] { 0 } else if next[1] <= next[2] { 1 } else { 2 };
+            let axis = if next[0] <= next[1] && next[0] <= next[2] {
+                0
+            } else if next[1] <= next[2] {
+                1
+            } else {
+                2
+            };
             let part = if !self.is_there(at) {
                 0.0
             } else if self.is_solid(voxel) {

@@ -27,7 +27,11 @@ impl Node for Translucent {
             .float("opacity", 0.0..=1.0, 0.0, "fraction a voxel", "How much a voxel that is not marked hides of what lies behind it: 0 leaves it out, 1 makes it opaque.")
             .float("azimuth", -360.0..=360.0, 36.0, "degrees", "From how far to the right it is seen.")
             .float("elevation", -89.0..=89.0, 27.0, "degrees", "From how far above it is seen.");
-        with_picture(spec, "picture", 640).choice("background", Background::CHOICES, "What lies behind the box.")
+        with_picture(spec, "picture", 640).choice(
+            "background",
+            Background::CHOICES,
+            "What lies behind the box.",
+        )
     }
 
     fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {

@@ -348,7 +348,15 @@ mod tests {
 
     fn view(side: i32, texel: impl Fn(i32, i32) -> [u8; 4]) -> Pyramid {
         let texels = (0..side * side).map(|i| texel(i % side, i / side)).collect();
-        Pyramid { levels: vec![vec![LevelView { width: side, height: side, tileable: true, texels, barred: Vec::new() }]] }
+        Pyramid {
+            levels: vec![vec![LevelView {
+                width: side,
+                height: side,
+                tileable: true,
+                texels,
+                barred: Vec::new(),
+            }]],
+        }
     }
 
     fn noise(x: i32, y: i32) -> [u8; 4] {

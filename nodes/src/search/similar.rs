@@ -52,7 +52,8 @@ fn similar_sets_with(
             width: view.width,
             height: view.height,
             tileable: view.tileable,
-            texels: Vec::new(), barred: Vec::new()
+            texels: Vec::new(),
+            barred: Vec::new(),
         };
         let window = patches.window();
         let centres = window.pixels_of(&level);
@@ -182,8 +183,15 @@ mod tests {
                 [(h >> 11) as u8, (h >> 17) as u8, (h >> 23) as u8, 7]
             })
             .collect();
-        let pyramid =
-            Pyramid { levels: vec![vec![LevelView { width: 20, height: 20, tileable: false, texels, barred: Vec::new() }]] };
+        let pyramid = Pyramid {
+            levels: vec![vec![LevelView {
+                width: 20,
+                height: 20,
+                tileable: false,
+                texels,
+                barred: Vec::new(),
+            }]],
+        };
         let window = Window { size: 4 };
         let basis = patch_basis(&pyramid, 0, window, Keep { dims: 16, variance: 1.0 }, &()).unwrap();
         let patches = patches(&pyramid, &basis, &()).unwrap();

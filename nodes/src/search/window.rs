@@ -76,7 +76,8 @@ mod tests {
 
     #[test]
     fn even_and_odd_windows_lie_inside() {
-        let view = LevelView { width: 9, height: 7, tileable: false, texels: vec![[0; 4]; 63], barred: Vec::new() };
+        let view =
+            LevelView { width: 9, height: 7, tileable: false, texels: vec![[0; 4]; 63], barred: Vec::new() };
         for size in 1..=7 {
             let window = Window { size };
             assert_eq!(window.offsets().count(), window.pixels());
