@@ -62,7 +62,8 @@ fn view_sets(
                     candidates.distances(&table[view.index(pixel)], &mut distances);
                     let order = smallest(&distances, keep);
                     let mut set = [pixel; SET];
-                    let mut count = 1;
+                    // A pixel that must not be copied is no candidate for its own place either.
+                    let mut count = usize::from(view.is_free(pixel));
                     for (_, i) in order {
                         let other = centres[i as usize];
                         if count < SET
@@ -72,6 +73,8 @@ fn view_sets(
                             count += 1;
                         }
                     }
+                    let first = set[0];
+                    set[count.max(1)..].fill(first);
                     set
                 })
                 .collect())

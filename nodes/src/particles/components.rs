@@ -1,5 +1,7 @@
 //! From a mask to cross-sections: components, holes, touching particles, the border (Du et al. 2013, section 3.1).
 
+use std::collections::BTreeMap;
+
 use super::cells::cells;
 use super::section::{Section, Sections};
 use crate::control::{Cancelled, Control, check};
@@ -216,26 +218,33 @@ fn basins(mask: &[bool], grid: &Grid, split: f64) -> Vec<u32> {
     basin.iter().map(|&b| if b == 0 { 0 } else { root(&mut parent, b) }).collect()
 }
 
-/// Twice the mean distance to the particles along the lines where the cells of two sections meet in the matrix.
+/// The mean over sections of how thin the matrix is where it is thinnest between them and another. (Where particles lie far apart
+/// the mean over all of the matrix would say little about how near they may come.)
 fn thickness(labels: &[u32], mask: &[bool], grid: &Grid, control: &dyn Control) -> Result<f32, Cancelled> {
     let (w, h) = (grid.w as usize, grid.h as usize);
     // Particles that were left out bound the matrix too.
     let all: Vec<u32> =
         labels.iter().zip(mask).map(|(&l, &m)| if l == 0 && m { u32::MAX } else { l }).collect();
     let found = cells(&all, [w, h, 1], grid.tileable, control)?;
-    let (mut sum, mut count) = (0.0, 0u32);
+    let mut least: BTreeMap<u32, f64> = BTreeMap::new();
     for i in 0..all.len() {
         let (x, y) = (i as i32 % grid.w, i as i32 / grid.w);
-        let meets = [[1, 0], [0, 1]].iter().any(|[dx, dy]| {
-            grid.index(x + dx, y + dy).is_some_and(|j| found.owner[j] != found.owner[i] && all[j] == 0)
-        });
-        if all[i] == 0 && meets {
-            // Between the pixel and the particle's border lies half a pixel less.
-            sum += 2.0 * libm::sqrt(f64::from(found.squared[i])) - 1.0;
-            count += 1;
+        for [dx, dy] in [[1, 0], [0, 1]] {
+            let Some(j) = grid.index(x + dx, y + dy) else { continue };
+            if all[i] != 0 || found.owner[i] == found.owner[j] {
+                continue;
+            }
+            // Half a pixel less than to the centre of the particle's first pixel, on both sides, and the step between.
+            let depth = |k: usize| libm::sqrt(f64::from(found.squared[k])) - 0.5;
+            let gap = if all[j] == 0 { depth(i) + depth(j) + 1.0 } else { depth(i) + 0.5 };
+            for owner in [found.owner[i], found.owner[j]] {
+                let entry = least.entry(owner).or_insert(gap);
+                *entry = entry.min(gap);
+            }
         }
     }
-    Ok(if count == 0 { 1.0 } else { (sum / f64::from(count)) as f32 })
+    least.remove(&u32::MAX);
+    Ok(if least.is_empty() { 1.0 } else { (least.values().sum::<f64>() / least.len() as f64) as f32 })
 }
 
 #[cfg(test)]

@@ -143,9 +143,11 @@ mod tests {
     fn what_is_deformed_comes_back() {
         for kind in [Kind::Bend(1.2), Kind::Bend(-0.7), Kind::Bend(0.0), Kind::Twist(2.0), Kind::Taper(0.4)] {
             for axis in 0..3 {
-                let deformation = Deformation { kind, axis, size: [90.0, 40.0, 30.0] };
+                let mut size = [30.0; 3];
+                size[axis] = 90.0;
+                let deformation = Deformation { kind, axis, size };
                 for k in 0..64 {
-                    let p = [f64::from(k % 4) * 30.0, f64::from(k / 4 % 4) * 13.0, f64::from(k / 16) * 10.0];
+                    let p = std::array::from_fn(|a| f64::from(k >> (2 * a) & 3) * size[a] / 3.0);
                     let back = deformation.inverse(deformation.forward(p));
                     assert!((0..3).all(|a| (back[a] - p[a]).abs() < 1e-6), "{deformation:?} {p:?} {back:?}");
                 }

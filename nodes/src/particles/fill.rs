@@ -24,13 +24,13 @@ pub enum CellOf {
 pub struct FillSettings {
     /// The particles' cells.
     pub cells: CellOf,
-    /// How far directions may exceed the uniform factor (α, the paper's 0.1).
+    /// How far directions may exceed the uniform factor (α, the paper's 0.1), if no fraction is wanted.
     pub alpha: f64,
-    /// The distance that stays free between a particle and the border of its cell; negative: half of the mean thickness of the
-    /// matrix in the pictures.
+    /// The distance that stays free between a particle and the border of its cell; negative: half of how thin the matrix
+    /// is between neighbours in the pictures.
     pub clearance: f64,
-    /// The fraction of the domain that particles are to fill; α is chosen for it, and where that is not enough the clearance.
-    /// Negative: as in the pictures; 0: both stay.
+    /// The fraction of the domain that particles are to fill: one factor for all is chosen for it, and where that is not enough less
+    /// clearance. Negative: as in the pictures; 0: the paper's rule.
     pub fraction: f64,
 }
 
@@ -48,7 +48,7 @@ const MOST: f64 = 3.0;
 ///
 /// In direction d the largest factor f_d keeps the boundary clear of the cell's border. The uniform factor f_u is the least of them
 /// in directions that meet the border at a right angle, that is where the border is nearer than in directions beside. The
-/// factor in direction d is min((1 + α) f_u, f_d). Voxels that even so lie beyond the particle's cell, or next to another cell, are
+/// factor in direction d is min((1 + α) f_u, f_d); to fill a wanted fraction it is min(f, f_d) with one f for all particles. Voxels that even so lie beyond the particle's cell, or next to another cell, are
 /// dropped.
 ///
 /// # Errors
@@ -67,34 +67,33 @@ pub fn fill(packing: &Packing, settings: &FillSettings, control: &dyn Control) -
         })
         .collect::<Result<_, Cancelled>>()?;
     control.progress(0.5);
-    let shapes = |alpha: f64, clearance: f64| -> Result<Vec<Shape>, Cancelled> {
+    let shapes = |limit: Limit, clearance: f64| -> Result<Vec<Shape>, Cancelled> {
         let scaled = packing.placed.par_iter().zip(&rays).enumerate();
         scaled
             .map(|(i, (placed, rays))| {
                 check(control)?;
-                Ok(rays.shape(packing, &domain, placed, Packing::id(i), alpha, clearance))
+                Ok(rays.shape(packing, &domain, placed, Packing::id(i), limit, clearance))
             })
             .collect()
     };
     let wanted = if settings.fraction < 0.0 { packing.set.fraction() } else { settings.fraction };
-    let mut found = shapes(settings.alpha, clearance)?;
-    if settings.fraction != 0.0 {
+    let mut found = Vec::new();
+    if settings.fraction == 0.0 {
+        found = shapes(Limit::Alpha(settings.alpha), clearance)?;
+    } else {
         let voxels: f64 = packing.size.iter().map(|&n| f64::from(n)).product();
-        let filled = |shapes: &[Shape]| {
-            let counts = shapes
-                .iter()
-                .zip(&packing.placed)
-                .map(|(shape, placed)| domain.inside(&shape.bits, placed.center));
-            counts.sum::<u64>() as f64 / voxels
-        };
-        // The fraction grows with α; where that is not enough, the clearance shrinks too: halve the interval from the least α over
-        // the largest to the largest without clearance.
+        let filled = |shapes: &[Shape]| shapes.iter().map(|s| s.bits.count()).sum::<u64>() as f64 / voxels;
+        // The fraction grows with the factor; where that is not enough, the clearance shrinks too: halve the interval from the least
+        // factor over the largest to the largest with hardly any clearance.
         let (mut low, mut high) = (0.0, 2.0);
-        let mut best = (filled(&found) - wanted).abs();
+        let mut best = f64::INFINITY;
+        // Half a voxel is what still keeps particles from touching.
+        let shrunk = |at: f64| (clearance * (2.0 - at).min(1.0)).max(clearance.min(0.5));
         for step in 0..9 {
             control.progress(0.55 + 0.05 * step as f32);
             let middle: f64 = (low + high) / 2.0;
-            let tried = shapes(-0.7 + 4.7 * middle.min(1.0), clearance * (2.0 - middle).min(1.0))?;
+            let factor = LEAST * libm::pow(MOST / LEAST, middle.min(1.0));
+            let tried = shapes(Limit::Common(factor), shrunk(middle))?;
             let fraction = filled(&tried);
             if (fraction - wanted).abs() < best {
                 (best, found) = ((fraction - wanted).abs(), tried);
@@ -109,6 +108,15 @@ pub fn fill(packing: &Packing, settings: &FillSettings, control: &dyn Control) -
     let placed =
         placed.map(|(placed, shape)| Placed { shape: Some(Arc::new(shape)), ..placed.clone() }).collect();
     Ok(Packing { placed, set: Arc::clone(&packing.set), size: packing.size, wrap: packing.wrap })
+}
+
+/// What limits the factors besides the cells.
+#[derive(Clone, Copy)]
+enum Limit {
+    /// Each particle's own uniform factor, times 1 + α.
+    Alpha(f64),
+    /// One factor for all particles, which keeps their sizes in proportion where there is room.
+    Common(f64),
 }
 
 /// A domain whose every voxel has an owner.
@@ -166,19 +174,6 @@ impl Domain {
     fn owns(&self, id: u32, voxel: [i32; 3]) -> bool {
         self.index(voxel).is_none_or(|at| self.owner[at] == id)
     }
-
-    /// How many voxels around a centre lie in the domain.
-    fn inside(&self, bits: &Bits, center: [i32; 3]) -> u64 {
-        let whole = self.wrap
-            || (0..3).all(|a| {
-                center[a] + bits.low[a] >= 0 && center[a] + bits.low[a] + bits.size[a] as i32 <= self.size[a]
-            });
-        if whole {
-            return bits.count();
-        }
-        let within = |v: &[i32; 3]| self.index(std::array::from_fn(|a| center[a] + v[a])).is_some();
-        bits.voxels().filter(within).count() as u64
-    }
 }
 
 /// What rays from a particle's centre meet.
@@ -218,7 +213,7 @@ impl Rays {
         domain: &Domain,
         placed: &Placed,
         id: u32,
-        alpha: f64,
+        limit: Limit,
         clearance: f64,
     ) -> Shape {
         let Self { cell, radius } = self;
@@ -226,10 +221,15 @@ impl Rays {
             if cell.is_finite() { ((cell - clearance) / own).clamp(LEAST, MOST) } else { 1.0 }
         };
         let most: Vec<f64> = cell.iter().zip(radius).map(largest).collect();
-        let right_angles =
-            (0..NODES).filter(|&n| cell[n].is_finite() && beside(n).all(|m| cell[n] <= cell[m]));
-        let uniform = right_angles.map(|n| most[n]).fold(MOST, f64::min);
-        let limit = ((1.0 + alpha) * uniform).clamp(LEAST, MOST);
+        let limit = match limit {
+            Limit::Common(factor) => factor,
+            Limit::Alpha(alpha) => {
+                let right_angles =
+                    (0..NODES).filter(|&n| cell[n].is_finite() && beside(n).all(|m| cell[n] <= cell[m]));
+                let uniform = right_angles.map(|n| most[n]).fold(MOST, f64::min);
+                ((1.0 + alpha) * uniform).clamp(LEAST, MOST)
+            }
+        };
         let scaled: Vec<f64> = most.iter().map(|&most| limit.min(most)).collect();
         let mut low = [0i32; 3];
         let mut high = [0i32; 3];
@@ -256,7 +256,8 @@ impl Rays {
         };
         let bits = Bits::from_fn(low, size, |v| {
             let place: [i32; 3] = std::array::from_fn(|a| placed.center[a] + v[a]);
-            if !domain.owns(id, place) {
+            // What lies beyond a domain that ends is never shown.
+            if domain.index(place).is_none() || !domain.owns(id, place) {
                 return false;
             }
             let factor = factors.at(v.map(f64::from));

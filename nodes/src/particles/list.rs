@@ -27,7 +27,7 @@ pub struct Entry {
     pub sphericity: f32,
     /// The cross-sections that it was made of, of the views normal to x, y and z; from 0 on.
     pub sections: [u32; 3],
-    /// The numbers of the particles beside it: those whose boxes, grown by the mean thickness of the matrix, meet its own.
+    /// The numbers of the particles beside it: those whose boxes, grown by how thin the matrix is between neighbours, meet its own.
     pub neighbours: Vec<u32>,
 }
 

@@ -109,7 +109,7 @@ impl ParticleSet {
         self.views.iter().map(|v| f64::from(v.fraction)).sum::<f64>() / self.views.len() as f64
     }
 
-    /// The mean thickness of the matrix between cross-sections, in pixels.
+    /// How thin the matrix is between neighbouring cross-sections, in pixels.
     pub fn thickness(&self) -> f64 {
         self.views.iter().map(|v| f64::from(v.thickness)).sum::<f64>() / self.views.len() as f64
     }

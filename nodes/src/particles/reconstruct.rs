@@ -115,8 +115,10 @@ fn locate(
     let (pu, pw, h) = (f64::from(p[u]), f64::from(p[w]), f64::from(p[axis].abs()));
     let r = libm::sqrt(pu * pu + pw * pw);
     // On the sweep axis itself all directions meet: take the middle one.
-    let t = if r > 0.0 { libm::atan2(pw.abs(), pu.abs()) / FRAC_PI_2 } else { 0.5 };
-    let edge = base.radius(libm::atan2(pw, pu));
+    let turn = if r > 0.0 { libm::atan2(pw.abs(), pu.abs()) } else { FRAC_PI_2 / 2.0 };
+    let t = turn / FRAC_PI_2;
+    let half = if pu < 0.0 { std::f64::consts::PI - turn } else { turn };
+    let edge = base.radius(if pw < 0.0 { -half } else { half });
     let scale = edge / quarter.width(t).max(1e-9);
     let [from, to] = quarter.locate(t, r / scale, h)?;
     let shrink = if r > edge { edge / r } else { 1.0 };

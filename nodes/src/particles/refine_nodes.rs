@@ -65,8 +65,8 @@ impl Node for FillNode {
             "What a particle's cell is.",
         )
         .float("alpha", -0.7..=4.0, defaults.alpha, "1", "How far directions may exceed the uniform factor (α); used if `fraction` is 0.")
-        .float("clearance", -1.0..=64.0, defaults.clearance, "voxels", "What stays free between a particle and the border of its cell; negative: half of the mean thickness of the matrix in the pictures.")
-        .float("fraction", -1.0..=1.0, defaults.fraction, "fraction", "How much of the domain particles are to fill, by choice of α and where need be of less clearance; negative: as much as they cover of the pictures; 0: `alpha` and `clearance` stay.")
+        .float("clearance", -1.0..=64.0, defaults.clearance, "voxels", "What stays free between a particle and the border of its cell; negative: half of how thin the matrix is between neighbours in the pictures.")
+        .float("fraction", -1.0..=1.0, defaults.fraction, "fraction", "How much of the domain particles are to fill, by one factor for all within their cells, and where need be by less clearance; negative: as much as they cover of the pictures; 0: `alpha` decides.")
     }
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {

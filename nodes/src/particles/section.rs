@@ -102,7 +102,7 @@ pub struct Sections {
     pub left_out: u32,
     /// The fraction of the picture that the mask covers.
     pub fraction: f32,
-    /// The mean thickness of the matrix between neighbouring sections, in pixels.
+    /// How thin the matrix is where it is thinnest between a section and another, in pixels, mean over the sections.
     pub thickness: f32,
 }
 

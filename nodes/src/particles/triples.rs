@@ -31,7 +31,7 @@ pub struct TripleSettings {
 
 impl Default for TripleSettings {
     fn default() -> Self {
-        Self { threshold: 0.2, most: 256, sections: 160, alignments: 3, seed: 1 }
+        Self { threshold: 0.2, most: 160, sections: 160, alignments: 3, seed: 1 }
     }
 }
 
