@@ -217,8 +217,10 @@ impl Rays {
         clearance: f64,
     ) -> Shape {
         let Self { cell, radius } = self;
+        // The film of voxels that is dropped below is half a voxel of the clearance already.
+        let clear = if clearance < 0.5 { clearance } else { clearance - 0.5 };
         let largest = |(cell, own): (&f64, &f64)| {
-            if cell.is_finite() { ((cell - clearance) / own).clamp(LEAST, MOST) } else { 1.0 }
+            if cell.is_finite() { ((cell - clear) / own).clamp(LEAST, MOST) } else { 1.0 }
         };
         let most: Vec<f64> = cell.iter().zip(radius).map(largest).collect();
         let limit = match limit {
