@@ -86,6 +86,7 @@ const START: u32 = 111;
 const PLACE: u32 = 112;
 const CHOOSE: u32 = 113;
 const DENSITY: u32 = 114;
+const THIN: u32 = 115;
 
 /// A cross-section near a placed particle's, where a particle may go.
 type Candidate = (u8, u64, u32, u8, u8, u32);
@@ -150,6 +151,12 @@ pub fn pack(
         return Err(PackError::NoRoom(tried));
     }
     packer.run(control)?;
+    // Where particles lie far apart in the pictures, next to each other there is room for more than there should be: the surplus goes
+    // evenly, wherever it is.
+    let lots: Vec<(u32, u32)> =
+        packer.placed.iter().map(|p| (p.particle, hash(settings.seed, THIN, p.center))).collect();
+    let mut stays = packer.quota.stays(&lots).into_iter();
+    packer.placed.retain(|_| stays.next().unwrap_or(true));
     Ok(Packing { set: Arc::clone(set), size, wrap, placed: packer.placed })
 }
 

@@ -17,7 +17,7 @@ const BINS: usize = 12;
 pub(super) struct Quota {
     /// The class of each particle.
     class: Vec<usize>,
-    /// The share of each class, its limit, and how many have been placed.
+    /// The share of each class, how many the domain should have of it, and how many have been placed.
     share: [f64; CLASSES],
     limit: [f64; CLASSES],
     placed: [u32; CLASSES],
@@ -46,9 +46,20 @@ impl Quota {
     /// Whether a particle's class has not had its share yet.
     pub fn wants(&self, particle: u32) -> bool {
         let class = self.class[particle as usize];
-        let placed = f64::from(self.placed[class]);
-        placed < self.limit[class]
-            && placed <= self.share[class] * (1.0 + self.slack) * f64::from(self.total) + 2.0
+        f64::from(self.placed[class]) <= self.share[class] * (1.0 + self.slack) * f64::from(self.total) + 2.0
+    }
+
+    /// Which of the particles placed are to stay: of each class no more than its limit, those whose second number is lowest.
+    pub fn stays(&self, placed: &[(u32, u32)]) -> Vec<bool> {
+        let mut stays = vec![true; placed.len()];
+        for (class, limit) in self.limit.iter().enumerate() {
+            let of_class = |&i: &usize| self.class[placed[i].0 as usize] == class;
+            let mut members: Vec<usize> = (0..placed.len()).filter(of_class).collect();
+            members.sort_by_key(|&i| (placed[i].1, i));
+            let most = libm::ceil(limit.min(1e9)).max(1.0) as usize;
+            members.iter().skip(most).for_each(|&i| stays[i] = false);
+        }
+        stays
     }
 
     /// Counts a particle that was placed.
