@@ -151,6 +151,20 @@ fn presets_with_one_exemplar_can_be_swapped() {
 }
 
 #[test]
+fn presets_of_particles_have_the_names_of_the_lazy_ones() {
+    let registry = breccia_nodes::registry();
+    for name in ["particles_volume", "hybrid_mesh", "hybrid_slice", "recolour", "bent_bar"] {
+        let graph = graph(name, &registry);
+        for input in ["exemplar", "mask"] {
+            assert!(graph.inputs().any(|i| i.name == input && i.ty == "image"), "{name}: {input}");
+        }
+        for param in ["seed", "size", "threshold", "fraction", "clearance", "border"] {
+            assert!(graph.params().any(|p| p.name == param), "{name}: {param}");
+        }
+    }
+}
+
+#[test]
 fn what_presets_share_has_one_value() {
     // Usage weights serve the synthesis that they were balanced for.
     let registry = breccia_nodes::registry();

@@ -348,7 +348,7 @@ fn line(view: &View, section: &Section, center: [i32; 2], axis: usize) -> Line {
     Line { low, pixels: pixels.collect() }
 }
 
-/// The mean difference of two lines that are laid on each other, in [`SCALE`]ths: of colours where both belong to their
+/// The mean difference of two lines that are laid on each other, in units of one over [`SCALE`]: of colours where both belong to their
 /// sections, the largest there is where one does.
 fn difference(a: &Line, b: &Line) -> u16 {
     let high = |line: &Line| line.low + line.pixels.len() as i32;
