@@ -10,13 +10,26 @@ use crate::exit::did_you_mean;
 /// What paths of built-in files begin with.
 pub const SCHEME: &str = "builtin:";
 
-/// Plain files, and `builtin:NAME`.
+/// Plain files, and `builtin:NAME`; perhaps one more that only memory holds.
 #[derive(Default)]
-pub struct Sources(PlainFiles);
+pub struct Sources {
+    plain: PlainFiles,
+    held: Option<(&'static str, Arc<Vec<u8>>)>,
+}
+
+impl Sources {
+    /// Sources that also have a file of this name, which is in memory.
+    pub fn holding(name: &'static str, bytes: Vec<u8>) -> Self {
+        Self { plain: PlainFiles::default(), held: Some((name, Arc::new(bytes))) }
+    }
+}
 
 impl FileSource for Sources {
     fn read(&self, path: &str) -> io::Result<Arc<Vec<u8>>> {
-        let Some(name) = path.strip_prefix(SCHEME) else { return self.0.read(path) };
+        if let Some((_, bytes)) = self.held.as_ref().filter(|(name, _)| *name == path) {
+            return Ok(Arc::clone(bytes));
+        }
+        let Some(name) = path.strip_prefix(SCHEME) else { return self.plain.read(path) };
         breccia_graphs::asset(name).map(|bytes| Arc::new(bytes.to_vec())).ok_or_else(|| {
             let known = breccia_graphs::assets().iter().map(|asset| asset.name);
             let hint = did_you_mean(name, known);

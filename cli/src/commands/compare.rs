@@ -1,5 +1,6 @@
 //! `breccia compare`.
 
+mod made;
 mod page;
 
 use std::path::{Path, PathBuf};
@@ -11,6 +12,7 @@ use breccia_nodes::io::{report_json, report_text};
 
 use super::run::failures;
 use crate::exit::{self, Code, Failure};
+use crate::inputs::Assignment;
 use crate::interrupt::Interrupt;
 use crate::sources::Sources;
 use crate::{graphs, outputs};
@@ -55,8 +57,16 @@ pub struct Compare {
     #[arg(long, value_name = "PATH")]
     exemplar_z: Option<String>,
 
-    /// The volume: NPY or NRRD
+    /// The volume: NPY or NRRD; or a graph or a preset with an output `volume`, which is run and measured
     volume: String,
+
+    /// Give an input of that graph a file; its `exemplar` is --exemplar unless it is given here
+    #[arg(long = "input", value_name = "NAME=PATH")]
+    inputs: Vec<Assignment>,
+
+    /// Set a parameter of that graph, as `breccia run --set` does
+    #[arg(long = "set", value_name = "NAME=VALUE | NODE.PARAM=VALUE")]
+    values: Vec<Assignment>,
 
     /// Measure the bright and the dark phase too, against --exemplar: fractions, correlation, chords, surface, Euler numbers, connectivity
     #[arg(long)]
@@ -92,10 +102,11 @@ impl Compare {
         if let Some(path) = &target {
             outputs::writable(path).map_err(|error| unwritable(path, &error))?;
         }
-        let graph = Arc::new(self.graph(&registry)?);
+        let made = self.made(&registry, &interrupt)?;
+        let graph = Arc::new(self.graph(&registry, made.as_ref().map_or(&self.volume, |_| made::HELD))?);
         let names = self.outputs();
         let engine = Engine::builder()
-            .files(Arc::new(Sources::default()))
+            .files(Arc::new(made.map_or_else(Sources::default, |bytes| Sources::holding(made::HELD, bytes))))
             .build(Arc::clone(&registry))
             .map_err(|error| Failure::new(Code::Node, error.to_string()))?;
         let result = engine.run(&graph, &names, &interrupt.cancel, &|_| {}).map_err(|error| match error {
@@ -129,11 +140,11 @@ impl Compare {
     }
 
     /// The preset with what the command line says.
-    fn graph(&self, registry: &Registry) -> Result<Graph, Failure> {
+    fn graph(&self, registry: &Registry, volume: &str) -> Result<Graph, Failure> {
         let mut graph = graphs::load(PRESET, registry)?;
         let truth = self.truth.iter().map(|path| ("truth", path));
         let files = self.exemplars().map(|(input, _, path)| (input, path)).chain(truth);
-        for (input, path) in files.chain([("volume", &self.volume)]) {
+        for (input, path) in files.map(|(input, path)| (input, path.as_str())).chain([("volume", volume)]) {
             graph.set_input(input, path).map_err(Failure::usage)?;
         }
         for (param, value) in [("samples", self.samples), ("seed", self.seed)] {

@@ -167,3 +167,17 @@ fn what_cannot_be_compared_is_refused() {
     place.write("nan.npy", shaped("16, 16, 16, 3", "<f4", nan));
     compare("nan.npy", 4, "nan.npy");
 }
+
+#[test]
+fn what_a_preset_makes_is_compared_without_a_file_of_it() {
+    let place = Place::new();
+    let small = ["--set", "size=24", "--set", "exemplar.max_size=48", "--samples", "128"];
+    let args = [&["compare"], &EXEMPLAR[..], &["lazy_volume", "--json"], &small].concat();
+    let json: serde_json::Value = serde_json::from_str(&place.breccia(&args).stdout).unwrap();
+    assert!(json["rows"].as_array().unwrap().len() > 10, "{json}");
+    // Files have no parameters, and some graphs make no volume.
+    let file =
+        [&["compare"], &EXEMPLAR[..], &["builtin:granite/volume_32.nrrd", "--set", "size=24"]].concat();
+    place.breccia(&file).expect(2, &["`size=…` is for a graph or a preset"]);
+    place.breccia(&[&["compare"], &EXEMPLAR[..], &["lazy_mesh"]].concat()).expect(2, &["no output `volume`"]);
+}
