@@ -38,6 +38,7 @@ mod refine_nodes;
 mod repel;
 mod report_nodes;
 mod rigid;
+mod room;
 mod section;
 mod sections_node;
 mod select;

@@ -6,6 +6,7 @@ use super::neighbours::Neighbours;
 use super::pack::{Choice, Order, PackError, PackSettings, pack};
 use super::packing::Packing;
 use super::particle::ParticleSet;
+use super::room::check_room;
 use crate::control::Control;
 use crate::data::{Solid, SolidValue};
 use crate::solid::params::ints;
@@ -97,7 +98,10 @@ impl Node for PackNode {
             },
             seed: context.int("seed")? as u64,
         };
-        let region = match context.optional::<SolidValue>("region")? {
+        // A bit a voxel, a byte where there is a region.
+        let region = context.optional::<SolidValue>("region")?;
+        check_room(size, if region.is_some() { 1.125 } else { 0.125 })?;
+        let region = match region {
             Some(solid) => Some(lightness(&*solid.0, size, context)?),
             None => None,
         };

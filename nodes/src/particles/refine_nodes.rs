@@ -5,6 +5,7 @@ use breccia_engine::{Context, Data, Node, NodeError, NodeSpec};
 use super::fill::{CellOf, FillSettings, fill};
 use super::packing::Packing;
 use super::repel::{RepelSettings, repel};
+use super::room::check_room;
 
 /// Moves particles out of crowds.
 pub(super) struct RepelNode;
@@ -77,6 +78,8 @@ impl Node for FillNode {
             clearance: context.float("clearance")?,
             fraction: context.float("fraction")?,
         };
+        // The label and owner of every voxel, its distance, and both once more while lines are gathered.
+        check_room(packing.size, 20.0)?;
         let filled = fill(&packing, &settings, &*context)?;
         context.set("packing", filled);
         Ok(())

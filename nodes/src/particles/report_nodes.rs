@@ -5,6 +5,7 @@ use breccia_engine::{Context, Data, Node, NodeError, NodeSpec};
 use super::likeness::likeness;
 use super::list::ParticleList;
 use super::packing::Packing;
+use super::room::check_room;
 use crate::data::{Curves, Report};
 
 /// The particles as a table.
@@ -52,6 +53,7 @@ impl Node for LikenessNode {
 
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {
         let packing = context.input::<Packing>("packing")?;
+        check_room(packing.size, 4.0)?;
         let (report, curves) = likeness(&packing, &*context)?;
         context.set("report", report);
         context.set("curves", curves);
