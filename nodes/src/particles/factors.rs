@@ -20,7 +20,7 @@ impl Factors {
         Self(vec![quantised(factor)])
     }
 
-    /// Factors of the directions of [`direction`], in their order.
+    /// Factors of the directions of the grid's nodes, in their order.
     pub fn of(factors: &[f64]) -> Self {
         Self(factors.iter().map(|&f| quantised(f)).collect())
     }

@@ -141,3 +141,51 @@ fn remove_small(mask: &mut [bool], w: usize, h: usize, tileable: bool, value: bo
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIDE: u32 = 60;
+
+    fn inside(x: u32, y: u32) -> bool {
+        let (dx, dy) = ((x % 20) as i32 - 10, (y % 20) as i32 - 10);
+        dx * dx + dy * dy <= 81
+    }
+
+    /// Discs on a ground, both with grain, and a few stray pixels.
+    fn found(disc: [u8; 3], ground: [u8; 3], classes: Classes, which: Inside) -> f64 {
+        let color = Image::from_fn(SIDE, SIDE, |x, y| {
+            let grain = (crate::lazy::random::hash(1, 2, [x as i32, y as i32, 0]) % 24) as u8;
+            let stray = (x * 7 + y * 13) % 211 == 0;
+            if inside(x, y) != stray { disc.map(|c| c + grain) } else { ground.map(|c| c + grain) }
+        });
+        let view = View {
+            width: SIDE,
+            height: SIDE,
+            texels: vec![[0; 4]; (SIDE * SIDE) as usize],
+            carried: Vec::new(),
+            tileable: false,
+            guided: false,
+            barred: Vec::new(),
+        };
+        let mask = auto_mask(&view, &color, classes, which, 12);
+        let right = (0..SIDE * SIDE).filter(|&i| mask[i as usize] == inside(i % SIDE, i / SIDE)).count();
+        right as f64 / f64::from(SIDE * SIDE)
+    }
+
+    #[test]
+    fn discs_are_found_by_brightness_and_by_colour() {
+        let (light, dark) = ([180; 3], [40; 3]);
+        for classes in [Classes::Otsu, Classes::Colors(2)] {
+            assert!(found(light, dark, classes, Inside::Bright) > 0.97);
+            assert!(found(dark, light, classes, Inside::Dark) > 0.97);
+            // Discs are thicker than what lies between them, whatever is lighter.
+            assert!(found(light, dark, classes, Inside::Thick) > 0.97);
+            assert!(found(dark, light, classes, Inside::Thick) > 0.97);
+        }
+        // Equal luminance, other hue.
+        let (warm, cold) = ([190, 100, 40], [60, 125, 190]);
+        assert!(found(cold, warm, Classes::Colors(2), Inside::Thick) > 0.97);
+    }
+}
