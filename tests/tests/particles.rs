@@ -219,7 +219,8 @@ fn cross_sections_that_cannot_match_are_refused_with_the_best_error() {
 
 #[test]
 fn ten_thousand_cross_sections_are_packed() {
-    let dots = drawn(256, |x, y| x % 5 < 2 && y % 5 < 2 || x % 5 == 3 && y % 5 == 3);
+    // 128² single pixels.
+    let dots = drawn(256, |x, y| x % 2 == 0 && y % 2 == 0);
     let settings = [
         ("exemplar.max_size", "256"),
         ("sections.least", "1"),

@@ -40,7 +40,8 @@ impl Profile {
                 before = cover;
                 t += STEP;
             }
-            radius.push(edge);
+            // A pixel reaches half a pixel, however little of its surroundings it covers.
+            radius.push(edge.max(0.5));
         }
         let mut profile = Self { radius, visible: 1.0, solidity: solidity(section) };
         let seen = section.pixels().filter(|&[x, y]| {
