@@ -103,10 +103,13 @@ impl Compare {
             outputs::writable(path).map_err(|error| unwritable(path, &error))?;
         }
         let made = self.made(&registry, &interrupt)?;
+        let made_by = made.as_ref().map(|made| made.document.clone());
         let graph = Arc::new(self.graph(&registry, made.as_ref().map_or(&self.volume, |_| made::HELD))?);
         let names = self.outputs();
         let engine = Engine::builder()
-            .files(Arc::new(made.map_or_else(Sources::default, |bytes| Sources::holding(made::HELD, bytes))))
+            .files(Arc::new(
+                made.map_or_else(Sources::default, |made| Sources::holding(made::HELD, made.npy)),
+            ))
             .build(Arc::clone(&registry))
             .map_err(|error| Failure::new(Code::Node, error.to_string()))?;
         let result = engine.run(&graph, &names, &interrupt.cancel, &|_| {}).map_err(|error| match error {
@@ -119,7 +122,7 @@ impl Compare {
             report.rows.extend(output::<Report>(&result, PHASES)?.rows.iter().cloned());
         }
         if let Some(path) = &target {
-            let page = self.page(&graph, &registry, &result, &report)?;
+            let page = self.page(&graph, &registry, &result, &report, made_by)?;
             publish(path, &page, &interrupt)?;
         }
         super::answer(&if self.json { report_json(&report) } else { report_text(&report) })
@@ -171,6 +174,7 @@ impl Compare {
         registry: &Registry,
         result: &RunResult,
         report: &Report,
+        made_by: Option<String>,
     ) -> Result<String, Failure> {
         let exemplars = self.exemplars().map(|(input, output, _)| (output, input));
         let mut figures = Vec::new();
@@ -191,6 +195,7 @@ impl Compare {
             plots,
             meanings: meanings.into_iter().filter_map(|id| Some((id, docs(id)?))).collect(),
             document: document(graph)?,
+            made_by,
             seed: self.seed,
         };
         page.html().map_err(|error| Failure::new(Code::Output, error.to_string()))

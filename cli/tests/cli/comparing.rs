@@ -175,6 +175,10 @@ fn what_a_preset_makes_is_compared_without_a_file_of_it() {
     let args = [&["compare"], &EXEMPLAR[..], &["lazy_volume", "--json"], &small].concat();
     let json: serde_json::Value = serde_json::from_str(&place.breccia(&args).stdout).unwrap();
     assert!(json["rows"].as_array().unwrap().len() > 10, "{json}");
+    // A report has the graph with it.
+    place.breccia(&[&args[..], &["--report", "out"]].concat()).expect(0, &[]);
+    let page = std::fs::read_to_string(place.path("out/report.html")).unwrap();
+    assert!(page.contains("The graph that made the volume") && page.contains("lazy.synthesis"), "{page}");
     // Files have no parameters, and some graphs make no volume.
     let file =
         [&["compare"], &EXEMPLAR[..], &["builtin:granite/volume_32.nrrd", "--set", "size=24"]].concat();

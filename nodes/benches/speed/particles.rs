@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use breccia_nodes::exemplar::{MakeSettings, make_exemplar, otsu_mask};
 use breccia_nodes::particles::{
-    Choice, FillSettings, Neighbours, Order, PackSettings, Packing, ParticleSet, RepelSettings,
-    SectionSettings, Sections, TripleSettings, fill, find_sections, pack, reconstruct, repel,
+    FillSettings, Neighbours, PackSettings, Packing, ParticleSet, RepelSettings, SectionSettings, Sections,
+    TripleSettings, fill, find_sections, pack, reconstruct, repel,
 };
 use divan::Bencher;
 
@@ -30,18 +30,7 @@ fn set(side: u32) -> Arc<ParticleSet> {
 
 fn packed(set: &Arc<ParticleSet>, size: u32) -> Packing {
     let neighbours = Neighbours::new(set, 10, &()).expect("nobody cancels");
-    let settings = PackSettings {
-        size: [size; 3],
-        wrap: true,
-        order: Order::Isotropic,
-        tolerance: 0.05,
-        gap: 0.0,
-        starts: 1,
-        tries: 8,
-        choice: Choice::Large,
-        slack: 0.1,
-        seed: 1,
-    };
+    let settings = PackSettings { size: [size; 3], ..PackSettings::default() };
     pack(set, &neighbours, None, &settings, &()).expect("particles fit")
 }
 

@@ -18,7 +18,7 @@ pub use report::{Report, Row};
 pub use samples::{Map, MapInfo, SampleType, Samples};
 pub use solid::{Extent, Solid, SolidError, SolidValue};
 pub use volume::Volume;
-pub use voxels::{BRICK, BRICK_VOXELS, VoxelMap, VoxelSet, brick_of, local_index};
+pub use voxels::{BRICK, BRICK_VOXELS, VoxelMap, VoxelSet, brick_of, indices, local_index, voxel_at};
 
 use breccia_engine::TypeInfo;
 

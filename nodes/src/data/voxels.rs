@@ -21,6 +21,26 @@ pub fn local_index(voxel: [i32; 3]) -> usize {
     x | y << 3 | z << 6
 }
 
+/// The voxel of a brick at a local index.
+pub fn voxel_at(brick: [i32; 3], at: usize) -> [i32; 3] {
+    let local = [at & 7, at >> 3 & 7, at >> 6];
+    std::array::from_fn(|i| brick[i].wrapping_mul(BRICK).wrapping_add(local[i] as i32))
+}
+
+/// The local indices of a mask's voxels.
+pub fn indices(mask: &[u64; 8]) -> impl Iterator<Item = usize> + '_ {
+    mask.iter().enumerate().flat_map(|(z, &word)| {
+        let mut left = word;
+        std::iter::from_fn(move || {
+            (left != 0).then(|| {
+                let i = left.trailing_zeros() as usize;
+                left &= left - 1;
+                z * 64 + i
+            })
+        })
+    })
+}
+
 /// Any set of voxels of the integer lattice, as bit masks of bricks. Word `z` of a mask holds the bits
 /// `x + 8 y` of its layer.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -94,6 +114,29 @@ impl VoxelSet {
         }
     }
 
+    /// The voxels that another set has too.
+    pub fn intersection(&self, other: &Self) -> Self {
+        self.by_bricks(|brick, mask| {
+            let theirs = other.bricks.get(&brick).copied().unwrap_or_default();
+            std::array::from_fn(|z| mask[z] & theirs[z])
+        })
+    }
+
+    /// The voxels that another set does not have.
+    pub fn difference(&self, other: &Self) -> Self {
+        self.by_bricks(|brick, mask| {
+            let theirs = other.bricks.get(&brick).copied().unwrap_or_default();
+            std::array::from_fn(|z| mask[z] & !theirs[z])
+        })
+    }
+
+    /// The set with the mask of every brick changed.
+    fn by_bricks(&self, change: impl Fn([i32; 3], &[u64; 8]) -> [u64; 8]) -> Self {
+        let mut out = Self::new();
+        self.bricks.iter().for_each(|(&brick, mask)| out.insert_mask(brick, &change(brick, mask)));
+        out
+    }
+
     /// The mask of a brick, if any of its voxels may be in the set.
     pub fn mask(&self, brick: [i32; 3]) -> Option<&[u64; 8]> {
         self.bricks.get(&brick)
@@ -125,10 +168,8 @@ impl VoxelSet {
     pub fn voxels(&self) -> impl Iterator<Item = [i32; 3]> + '_ {
         self.bricks().into_iter().flat_map(|brick| {
             let mask = self.bricks[&brick];
-            (0..BRICK_VOXELS).filter(move |&at| mask[at >> 6] >> (at & 63) & 1 == 1).map(move |at| {
-                let local = [at & 7, at >> 3 & 7, at >> 6];
-                std::array::from_fn(|i| brick[i] * BRICK + local[i] as i32)
-            })
+            let inside = move |&at: &usize| mask[at >> 6] >> (at & 63) & 1 == 1;
+            (0..BRICK_VOXELS).filter(inside).map(move |at| voxel_at(brick, at))
         })
     }
 }
@@ -210,5 +251,22 @@ mod tests {
         assert_eq!(set, other);
         assert_eq!(set.len(), 240);
         assert!(set.voxels().all(|v| set.contains(v)));
+    }
+
+    #[test]
+    fn sets_meet_and_differ_voxel_by_voxel() {
+        let a = VoxelSet::from_box([-3, 0, 2], [13, 9, 5]);
+        let b = VoxelSet::from_box([4, -6, 4], [9, 11, 9]);
+        let (both, rest) = (a.intersection(&b), a.difference(&b));
+        assert!(both.len() + rest.len() == a.len() && !both.is_empty() && !rest.is_empty());
+        assert!(a.voxels().all(|v| both.contains(v) == b.contains(v) && rest.contains(v) != b.contains(v)));
+        for brick in a.bricks() {
+            let mask = a.mask(brick).unwrap();
+            assert!(indices(mask).all(|at| a.contains(voxel_at(brick, at))));
+            assert_eq!(
+                indices(mask).count(),
+                mask.iter().map(|word| word.count_ones() as usize).sum::<usize>()
+            );
+        }
     }
 }

@@ -6,8 +6,8 @@ mod resize;
 mod view;
 mod views;
 
-pub(crate) use feature::feature_channel;
 pub use feature::{Feature, otsu_mask, signed_distance};
+pub(crate) use feature::{feature_channel, luminance};
 pub use make::{MakeSettings, make_exemplar};
 pub use resize::halve;
 pub(crate) use resize::shrink;

@@ -11,7 +11,7 @@ use super::kernel::{Job, SIDE, Weights, Window, Workspace, correct};
 use super::pyramid::Pixel;
 use super::tables::LevelTables;
 use crate::control::{Cancelled, Control, check};
-use crate::data::{BRICK_VOXELS, VoxelSet};
+use crate::data::{BRICK_VOXELS, VoxelSet, indices, voxel_at};
 
 /// The state of one brick; entries of voxels outside the set hold no meaning.
 #[derive(Clone)]
@@ -43,26 +43,12 @@ impl Brick {
 
     /// Takes over the voxels of a mask from another brick.
     pub fn copy_masked(&mut self, from: &Self, mask: &[u64; 8]) {
-        for at in bits(mask) {
+        for at in indices(mask) {
             (0..3).for_each(|e| self.pixels[e][at] = from.pixels[e][at]);
             self.color[at] = from.color[at];
             self.shown[at] = from.shown[at];
         }
     }
-}
-
-/// The indices of a mask's voxels.
-pub(super) fn bits(mask: &[u64; 8]) -> impl Iterator<Item = usize> + '_ {
-    mask.iter().enumerate().flat_map(|(z, &word)| {
-        let mut left = word;
-        std::iter::from_fn(move || {
-            (left != 0).then(|| {
-                let i = left.trailing_zeros() as usize;
-                left &= left - 1;
-                z * 64 + i
-            })
-        })
-    })
 }
 
 /// What a correction works with.
@@ -132,7 +118,7 @@ impl Field {
             let moved = initial.jitter.map(|jitter| jitter.displacements(seed, domain, key));
             let mut brick = Brick::empty();
             let open = free.map(|(free, _)| free.mask(key).copied().unwrap_or_default());
-            for at in bits(mask) {
+            for at in indices(mask) {
                 if let (Some(open), Some((_, taken))) = (open, free)
                     && open[at >> 6] >> (at & 63) & 1 == 0
                 {
@@ -163,7 +149,7 @@ impl Field {
         Self::build(set, control, |key, mask| {
             let mut brick = Brick::empty();
             let Some(parents) = coarse.brick(key.map(|c| c >> 1)) else { return brick };
-            for at in bits(mask) {
+            for at in indices(mask) {
                 let voxel = voxel_at(key, at);
                 let from = crate::data::local_index(voxel.map(|c| c >> 1));
                 let pixels = std::array::from_fn(|e| {
@@ -250,9 +236,4 @@ impl Field {
             }
         }
     }
-}
-
-fn voxel_at(key: [i32; 3], at: usize) -> [i32; 3] {
-    let local = [at & 7, at >> 3 & 7, at >> 6];
-    std::array::from_fn(|i| key[i] * 8 + local[i] as i32)
 }

@@ -2,7 +2,7 @@
 //! kernel.
 
 use super::color::OneColor;
-use super::field::{Brick, bits};
+use super::field::Brick;
 use super::isa::available;
 use super::kernel::{Job, SIDE, Weights, Workspace, correct};
 use super::pyramid::{N, Pixel};
@@ -10,6 +10,7 @@ use super::random::hash;
 use super::schedule::ColorRule;
 use super::tables::LevelTables;
 use super::tests::tables_of_noise;
+use crate::data::indices;
 
 /// The best triple around window voxel `at`, its cost and its colour.
 fn corrected(job: &Job<'_>, workspace: &Workspace, at: [usize; 3]) -> ([Pixel; 3], i64, [u8; 4]) {
@@ -121,7 +122,7 @@ fn the_kernel_equals_the_paper_step_by_step() {
                 let mut brick = Brick::empty();
                 let cost = correct(isa, job, &mut workspace, &mask, &mut brick);
                 let mut sum = 0;
-                for voxel in bits(&mask) {
+                for voxel in indices(&mask) {
                     let at = [voxel & 7, voxel >> 3 & 7, voxel >> 6].map(|c| c + 2);
                     let (pixels, cost, color) = corrected(&job, &workspace, at);
                     assert_eq!(brick.pixels.map(|p| p[voxel]), pixels, "{isa:?}, voxel {voxel}, {dims} dims");

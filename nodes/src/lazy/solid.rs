@@ -9,7 +9,7 @@ use rustc_hash::FxHashMap;
 use super::color::{Contrast, OneColor};
 use super::dependency::{dependency, dependency_among, parents};
 use super::domain::Domain;
-use super::field::{Brick, Correction, Field, bits};
+use super::field::{Brick, Correction, Field};
 use super::initial::Initial;
 use super::isa::{Isa, available};
 use super::kernel::Weights;
@@ -19,7 +19,9 @@ use super::schedule::Settings;
 use super::tables::Tables;
 use super::taken::Taken;
 use crate::control::{Cancelled, Control, check};
-use crate::data::{BRICK_VOXELS, Extent, Map, MapInfo, Solid, SolidError, VoxelMap, VoxelSet};
+use crate::data::{
+    BRICK_VOXELS, Extent, Map, MapInfo, Solid, SolidError, VoxelMap, VoxelSet, indices, voxel_at,
+};
 
 /// Finished bricks of all levels are kept up to this many (5 kB each), so that neighbouring requests share work.
 const CACHED_BRICKS: usize = 24_000;
@@ -276,7 +278,7 @@ impl LazySolid {
         let mut counts: Vec<Vec<u32>> = tables.views.iter().map(|v| vec![0; v.view.texels.len()]).collect();
         let mut contrast = Contrast::default();
         for (key, brick) in field.bricks() {
-            for at in bits(wanted.mask(key).unwrap_or(&[0; 8])) {
+            for at in indices(wanted.mask(key).unwrap_or(&[0; 8])) {
                 for e in 0..3 {
                     counts[e.min(tables.views.len() - 1)][tables.view(e).view.index(brick.pixels[e][at])] +=
                         1;
@@ -336,9 +338,9 @@ impl LazySolid {
             let Some(mask) = voxels.mask(key) else { return };
             // A brick of the request lies in one of the field, unless a period cuts it.
             let mut found: Option<([i32; 3], &Brick)> = None;
-            for at in bits(mask) {
-                let local = [at & 7, at >> 3 & 7, at >> 6];
-                let voxel: [i32; 3] = std::array::from_fn(|i| domain.wrap(i, key[i] * 8 + local[i] as i32));
+            for at in indices(mask) {
+                let asked = voxel_at(key, at);
+                let voxel: [i32; 3] = std::array::from_fn(|i| domain.wrap(i, asked[i]));
                 let home = crate::data::brick_of(voxel);
                 if found.is_none_or(|(key, _)| key != home) {
                     found = field.brick(home).map(|brick| (home, brick));

@@ -95,7 +95,7 @@ pub fn cells(
 /// Replaces a line by `min over q of f(q) + (p − q)²` and the labels where that minimum lies.
 fn envelope(labels: &mut [u32], f: &mut [u32], wrap: bool) {
     let n = f.len() as i64;
-    if f.iter().all(|&d| d == 0 || d >= FAR) && f.iter().all(|&d| d >= FAR) {
+    if f.iter().all(|&d| d >= FAR) {
         return;
     }
     let (from, to) = if wrap { (-(n / 2) - 1, n + n / 2 + 1) } else { (0, n) };

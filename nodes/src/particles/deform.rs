@@ -9,11 +9,11 @@ use rustc_hash::FxHashMap;
 
 use super::deformation::{Deformation, apply, inverted, rotation};
 use super::packing::Packing;
-use super::particle::NOTHING;
 use super::solid::copy_masked;
 use crate::control::{Cancelled, Control, check};
 use crate::data::{
-    BRICK, BRICK_VOXELS, Extent, MapInfo, SampleType, Samples, Solid, SolidError, VoxelMap, VoxelSet,
+    BRICK_VOXELS, Extent, MapInfo, SampleType, Samples, Solid, SolidError, VoxelMap, VoxelSet, indices,
+    voxel_at,
 };
 
 /// What a deformed solid shows.
@@ -152,27 +152,16 @@ impl Solid for DeformedSolid {
     fn evaluate(&self, voxels: &VoxelSet, control: &dyn Control) -> Result<VoxelMap, SolidError> {
         let bricks = voxels.bricks();
         let mut answer = VoxelMap::new(&bricks, &self.maps());
-        let place = |brick: [i32; 3], at: usize| -> [i32; 3] {
-            let local = [at & 7, at >> 3 & 7, at >> 6];
-            std::array::from_fn(|a| brick[a] * BRICK + local[a] as i32)
-        };
-        let found: Vec<Vec<Hit>> =
-            bricks
-                .par_iter()
-                .map(|&brick| {
-                    check(control)?;
-                    let asked = voxels.mask(brick).copied().unwrap_or_default();
-                    Ok((0..BRICK_VOXELS)
-                        .map(|at| {
-                            if asked[at >> 6] >> (at & 63) & 1 == 1 {
-                                self.at(place(brick, at))
-                            } else {
-                                None
-                            }
-                        })
-                        .collect())
-                })
-                .collect::<Result<_, Cancelled>>()?;
+        let found: Vec<Vec<Hit>> = bricks
+            .par_iter()
+            .map(|&brick| {
+                check(control)?;
+                let mut hits = vec![None; BRICK_VOXELS];
+                let asked = voxels.mask(brick).copied().unwrap_or_default();
+                indices(&asked).for_each(|at| hits[at] = self.at(voxel_at(brick, at)));
+                Ok(hits)
+            })
+            .collect::<Result<_, Cancelled>>()?;
         if self.part != Part::All {
             let inside = |voxel: [i32; 3], found: Hit| match self.part {
                 Part::Particles => found.is_some(),
@@ -185,7 +174,7 @@ impl Solid for DeformedSolid {
                 let slabs = samples.par_chunks_mut(3 * BRICK_VOXELS).zip(&bricks).zip(&found);
                 slabs.for_each(|((samples, &brick), found)| {
                     for (at, pixel) in samples.chunks_exact_mut(3).enumerate() {
-                        pixel.fill(if inside(place(brick, at), found[at]) { 255 } else { 0 });
+                        pixel.fill(if inside(voxel_at(brick, at), found[at]) { 255 } else { 0 });
                     }
                 });
             }
@@ -197,18 +186,15 @@ impl Solid for DeformedSolid {
         for (slot, (&brick, found)) in bricks.iter().zip(&found).enumerate() {
             let asked = voxels.mask(brick).copied().unwrap_or_default();
             let mut mask = [0u64; 8];
-            for at in (0..BRICK_VOXELS).filter(|at| asked[at >> 6] >> (at & 63) & 1 == 1) {
+            for at in indices(&asked) {
                 let Some((i, own)) = found[at] else {
                     mask[at >> 6] |= 1 << (at & 63);
-                    rest.insert(self.material(place(brick, at)));
+                    rest.insert(self.material(voxel_at(brick, at)));
                     continue;
                 };
                 let source = self.packing.source(&self.packing.placed[i], own);
-                if source == NOTHING {
-                    continue;
-                }
-                let (view, pixel) = (set.view((source >> 30) as usize), (source & 0x3fff_ffff) as usize);
-                for (map, (_, image)) in answer.maps.iter_mut().zip(&view.view.carried) {
+                let Some((view, pixel)) = set.shown(source) else { continue };
+                for (map, (_, image)) in answer.maps.iter_mut().zip(&view.carried) {
                     let n = map.channels;
                     map.samples.copy_from((slot * BRICK_VOXELS + at) * n, image.samples(), pixel * n, n);
                 }
@@ -228,8 +214,8 @@ impl Solid for DeformedSolid {
             };
             let n = map.channels;
             for (slot, (&brick, mask)) in bricks.iter().zip(&masks).enumerate() {
-                for at in (0..BRICK_VOXELS).filter(|at| mask[at >> 6] >> (at & 63) & 1 == 1) {
-                    if let Some(other) = matrix.index(self.material(place(brick, at))) {
+                for at in indices(mask) {
+                    if let Some(other) = matrix.index(self.material(voxel_at(brick, at))) {
                         map.samples.copy_from((slot * BRICK_VOXELS + at) * n, &from.samples, other * n, n);
                     }
                 }

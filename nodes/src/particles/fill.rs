@@ -48,8 +48,8 @@ const MOST: f64 = 3.0;
 ///
 /// In direction d the largest factor f_d keeps the boundary clear of the cell's border. The uniform factor f_u is the least of them
 /// in directions that meet the border at a right angle, that is where the border is nearer than in directions beside. The
-/// factor in direction d is min((1 + α) f_u, f_d); to fill a wanted fraction it is min(f, f_d) with one f for all particles. Voxels that even so lie beyond the particle's cell, or next to another cell, are
-/// dropped.
+/// factor in direction d is min((1 + α) f_u, f_d); to fill a wanted fraction it is min(f, f_d) with one f for all
+/// particles. Voxels that even so lie beyond the particle's cell, or next to another cell, are dropped.
 ///
 /// # Errors
 /// [`Cancelled`].

@@ -3,9 +3,9 @@
 use rustc_hash::FxHashMap;
 
 use super::packing::Packing;
-use crate::data::{BRICK, BRICK_VOXELS};
+use crate::data::{BRICK, BRICK_VOXELS, voxel_at};
 
-/// Edge of the index's cells, in bricks.
+/// Edge of the index's cells in voxels.
 const CELL: i32 = 2 * BRICK;
 
 /// Placed particles by the cells of a grid that their boxes touch.
@@ -86,7 +86,7 @@ impl Index {
         if !packing.wrap {
             let inside = (0..3).all(|a| origin[a] >= 0 && origin[a] + BRICK <= packing.size[a] as i32);
             if !inside {
-                self.clamped(packing, origin, &mut found);
+                self.clamped(packing, brick, &mut found);
                 return found;
             }
         }
@@ -119,11 +119,10 @@ impl Index {
         found
     }
 
-    fn clamped(&self, packing: &Packing, origin: [i32; 3], found: &mut [(u32, [i32; 3])]) {
+    fn clamped(&self, packing: &Packing, brick: [i32; 3], found: &mut [(u32, [i32; 3])]) {
         for (at, found) in found.iter_mut().enumerate() {
-            let local = [at & 7, at >> 3 & 7, at >> 6];
-            let voxel: [i32; 3] =
-                std::array::from_fn(|a| (origin[a] + local[a] as i32).clamp(0, packing.size[a] as i32 - 1));
+            let place = voxel_at(brick, at);
+            let voxel: [i32; 3] = std::array::from_fn(|a| place[a].clamp(0, packing.size[a] as i32 - 1));
             self.around(packing, voxel, 1, |i, center| {
                 let from = std::array::from_fn(|a| voxel[a] - center[a]);
                 if found.0 == 0 && packing.holds(&packing.placed[i as usize], from) {

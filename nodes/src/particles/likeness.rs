@@ -4,7 +4,6 @@ use rayon::prelude::*;
 
 use super::anatomy::Anatomy;
 use super::axes::AXES;
-use super::bits::Bits;
 use super::index::Index;
 use super::packing::Packing;
 use super::quota::stands_for;
@@ -85,14 +84,8 @@ pub fn likeness(packing: &Packing, control: &dyn Control) -> Result<(Report, Cur
         Some([0.0, 0.2]),
     ));
     control.progress(0.8);
-    let anatomies: Vec<Anatomy> = packing
-        .placed
-        .par_iter()
-        .filter_map(|placed| {
-            let (low, size) = packing.bounds(placed);
-            Anatomy::of(&Bits::from_fn(low, size, |v| packing.holds(placed, v)))
-        })
-        .collect();
+    let anatomies: Vec<Anatomy> =
+        packing.placed.par_iter().filter_map(|placed| Anatomy::of(&packing.bits(placed))).collect();
     let mean =
         |f: &dyn Fn(&Anatomy) -> f64| anatomies.iter().map(f).sum::<f64>() / anatomies.len().max(1) as f64;
     let volume = mean(&|a| a.volume);

@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use super::anatomy::Anatomy;
-use super::bits::Bits;
 use super::packing::Packing;
 use crate::data::{pack, unpack};
 
@@ -74,8 +73,7 @@ impl ParticleList {
         };
         let one = |i: usize| {
             let placed = &packing.placed[i];
-            let (low, size) = packing.bounds(placed);
-            let anatomy = Anatomy::of(&Bits::from_fn(low, size, |v| packing.holds(placed, v)));
+            let anatomy = Anatomy::of(&packing.bits(placed));
             let here = cell(placed.center);
             let mut neighbours: Vec<u32> = (0..27)
                 .filter_map(|k| {

@@ -10,17 +10,21 @@ mod bits;
 mod cells;
 mod components;
 mod deform;
+mod deform_node;
 mod deformation;
-mod edit_nodes;
 mod factors;
 mod fft;
 mod fill;
+mod fill_node;
 mod index;
 mod labels_node;
 mod likeness;
+mod likeness_node;
 mod list;
+mod list_node;
 mod mask;
 mod mask_node;
+mod mask_solid_node;
 mod matrix_node;
 mod neighbours;
 mod neighbours_node;
@@ -32,16 +36,17 @@ mod profile;
 mod quarter;
 mod quota;
 mod recolor;
+mod recolor_node;
 mod reconstruct;
 mod reconstruct_node;
-mod refine_nodes;
 mod repel;
-mod report_nodes;
+mod repel_node;
 mod rigid;
 mod room;
 mod section;
 mod sections_node;
 mod select;
+mod select_node;
 mod solid;
 mod solid_node;
 #[cfg(test)]
@@ -82,17 +87,17 @@ pub fn nodes() -> Vec<Box<dyn Node>> {
         Box::new(reconstruct_node::ReconstructNode),
         Box::new(neighbours_node::NeighboursNode),
         Box::new(pack_node::PackNode),
-        Box::new(refine_nodes::RepelNode),
-        Box::new(refine_nodes::FillNode),
+        Box::new(repel_node::RepelNode),
+        Box::new(fill_node::FillNode),
         Box::new(matrix_node::MatrixNode),
-        Box::new(solid_node::MaskSolidNode),
+        Box::new(mask_solid_node::MaskSolidNode),
         Box::new(solid_node::SolidNode),
-        Box::new(edit_nodes::SelectNode),
-        Box::new(edit_nodes::RecolorNode),
-        Box::new(edit_nodes::DeformNode),
+        Box::new(select_node::SelectNode),
+        Box::new(recolor_node::RecolorNode),
+        Box::new(deform_node::DeformNode),
         Box::new(labels_node::LabelsNode),
-        Box::new(report_nodes::ListNode),
-        Box::new(report_nodes::LikenessNode),
+        Box::new(list_node::ListNode),
+        Box::new(likeness_node::LikenessNode),
     ]
 }
 

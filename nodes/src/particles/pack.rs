@@ -8,7 +8,7 @@ use super::axes::AXES;
 use super::bits::{Bits, Occupancy};
 use super::neighbours::{Neighbours, center_offset};
 use super::packing::{Packing, Placed};
-use super::particle::ParticleSet;
+use super::particle::{Particle, ParticleSet};
 use super::quota::Quota;
 use crate::control::{Cancelled, Control, check};
 use crate::lazy::random::{hash, unit};
@@ -54,6 +54,23 @@ pub struct PackSettings {
     pub slack: f64,
     /// Seed of every random choice.
     pub seed: u64,
+}
+
+impl Default for PackSettings {
+    fn default() -> Self {
+        Self {
+            size: [128; 3],
+            wrap: true,
+            order: Order::Isotropic,
+            tolerance: 0.05,
+            gap: 0.0,
+            starts: 1,
+            tries: 8,
+            choice: Choice::Large,
+            slack: 0.1,
+            seed: 1,
+        }
+    }
 }
 
 /// Why there is no packing.
@@ -110,17 +127,14 @@ pub fn pack(
         let [a, b, c] = smallest.size;
         return Err(PackError::TooSmall(a, b, c, size[0], size[1], size[2]));
     }
+    let bare: Vec<Bits> = set.particles.iter().map(Particle::bits).collect();
     let mut packer = Packer {
         settings,
         set,
         neighbours,
         region,
-        shapes: set
-            .particles
-            .iter()
-            .map(|p| Bits::from_fn(p.low, p.size, |v| p.holds(v)).grown(settings.gap))
-            .collect(),
-        bare: set.particles.iter().map(|p| Bits::from_fn(p.low, p.size, |v| p.holds(v))).collect(),
+        shapes: bare.iter().map(|bits| bits.grown(settings.gap)).collect(),
+        bare,
         taken: Occupancy::new(size, wrap),
         exact: Vec::new(),
         placed: Vec::new(),
@@ -241,12 +255,13 @@ impl Packer<'_> {
         };
         for k in 0..count.min(self.settings.tries) {
             let other = made[(first + k) % count];
-            let offset = center_offset(self.set, view, from, other, &near);
-            let start = self.exact[parent as usize];
-            let place = std::array::from_fn(|a| start[a] + f64::from(offset[a]));
             if !self.quota.wants(other) {
                 outcome = Outcome::Wait;
-            } else if self.try_place(other, place) {
+                continue;
+            }
+            let offset = center_offset(self.set, view, from, other, &near);
+            let start = self.exact[parent as usize];
+            if self.try_place(other, std::array::from_fn(|a| start[a] + f64::from(offset[a]))) {
                 return Outcome::Placed;
             }
         }

@@ -9,6 +9,7 @@ use super::particle::ParticleSet;
 use super::room::check_room;
 use crate::control::Control;
 use crate::data::{Solid, SolidValue};
+use crate::exemplar::luminance;
 use crate::solid::params::ints;
 use crate::solid::{available_memory, box_volume};
 
@@ -17,6 +18,7 @@ pub(super) struct PackNode;
 
 impl Node for PackNode {
     fn spec(&self) -> NodeSpec {
+        let defaults = PackSettings::default();
         NodeSpec::new(
             "particles.pack",
             1,
@@ -32,7 +34,7 @@ impl Node for PackNode {
         .param(
             "size",
             ParamKind::Ints { min_len: 1, max_len: 3, min: 4, max: 4096 },
-            ints([128]),
+            ints([defaults.size[0].into()]),
             "voxels",
             "Edges of the domain along x, y and z; one number for a cube.",
         )
@@ -46,16 +48,16 @@ impl Node for PackNode {
             "In which order candidates are tried.",
         )
         .choice("axis", &[("z", "Layers lie across z."), ("y", "Layers lie across y."), ("x", "Layers lie across x.")], "Which way layers lie, for the order `layered`.")
-        .float("tolerance", 0.0..=0.5, 0.05, "fraction", "How much of a particle others may already have taken; `particles.fill` clears it up.")
-        .float("gap", 0.0..=16.0, 0.0, "voxels", "What must stay free around a particle.")
-        .int("starts", 1..=4096, 1, "count", "Particles to start from.")
+        .float("tolerance", 0.0..=0.5, defaults.tolerance, "fraction", "How much of a particle others may already have taken; `particles.fill` clears it up.")
+        .float("gap", 0.0..=16.0, defaults.gap, "voxels", "What must stay free around a particle.")
+        .int("starts", 1..=4096, defaults.starts as i64, "count", "Particles to start from.")
         .choice(
             "choice",
             &[("large", "The largest, which packs more densely."), ("random", "Any, drawn for each place.")],
             "Which of the particles of a cross-section are tried first.",
         )
-        .float("slack", -1.0..=16.0, 0.1, "fraction", "By how much particles of one size may exceed their share, which the cross-sections tell; negative: however many fit.")
-        .int("tries", 1..=64, 8, "count", "Particles that are tried in one place.")
+        .float("slack", -1.0..=16.0, defaults.slack, "fraction", "By how much particles of one size may exceed their share, which the cross-sections tell; negative: however many fit.")
+        .int("tries", 1..=64, defaults.tries as i64, "count", "Particles that are tried in one place.")
         .int("seed", 0..=i64::MAX, 1, "count", "Every seed gives another packing.")
     }
 
@@ -129,9 +131,7 @@ fn lightness(solid: &dyn Solid, size: [u32; 3], control: &dyn Control) -> Result
             box_volume(solid, [0, 0, z as i32], [size[0], size[1], layers], available_memory(), control)?;
         let Some(map) = volume.map("color") else { continue };
         light.extend((0..volume.voxels()).map(|i| {
-            let rgb =
-                [0, 1, 2].map(|c| u32::from(map.samples.get_u8(i * map.channels + c.min(map.channels - 1))));
-            ((rgb[0] * 77 + rgb[1] * 150 + rgb[2] * 29) >> 8) as u8
+            luminance([0, 1, 2].map(|c| map.samples.get_u8(i * map.channels + c.min(map.channels - 1))))
         }));
     }
     light.resize(size.iter().map(|&n| n as usize).product(), 0);

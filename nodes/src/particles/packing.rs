@@ -69,6 +69,11 @@ impl Packing {
         }
     }
 
+    /// The voxels of a placed particle as bits.
+    pub fn bits(&self, placed: &Placed) -> Bits {
+        placed.shape.as_ref().map_or_else(|| self.particle(placed).bits(), |shape| shape.bits.clone())
+    }
+
     /// The voxels of a placed particle, from its centre.
     pub fn voxels(&self, placed: &Placed) -> Vec<[i32; 3]> {
         match &placed.shape {

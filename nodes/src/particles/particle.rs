@@ -5,8 +5,10 @@ use std::sync::Arc;
 use breccia_engine::{Data, Digest};
 use serde::{Deserialize, Serialize};
 
+use super::bits::Bits;
 use super::section::Sections;
 use crate::data::{MapInfo, Reader, Writer, pack, unpack};
+use crate::exemplar::View;
 
 /// What a voxel outside the particle shows.
 pub const NOTHING: u32 = u32::MAX;
@@ -55,6 +57,11 @@ impl Particle {
         })
     }
 
+    /// The voxels as bits.
+    pub fn bits(&self) -> Bits {
+        Bits::from_fn(self.low, self.size, |v| self.holds(v))
+    }
+
     /// The particle with its box cut to its voxels; `None` if it has none.
     pub fn trimmed(self) -> Option<Self> {
         let (mut low, mut high) = ([i32::MAX; 3], [i32::MIN; 3]);
@@ -97,6 +104,22 @@ impl ParticleSet {
     /// The cross-sections of a view (0 = normal to x).
     pub fn view(&self, view: usize) -> &Arc<Sections> {
         &self.views[view.min(self.views.len() - 1)]
+    }
+
+    /// The picture and the pixel that a voxel of a particle shows; `None` for [`NOTHING`].
+    #[inline]
+    pub fn shown(&self, source: u32) -> Option<(&View, usize)> {
+        (source != NOTHING)
+            .then(|| (&self.view((source >> 30) as usize).view, (source & 0x3fff_ffff) as usize))
+    }
+
+    /// The colour that a voxel of a particle shows; black for [`NOTHING`].
+    pub fn color(&self, source: u32) -> [u8; 3] {
+        let Some((view, pixel)) = self.shown(source) else { return [0; 3] };
+        view.carried.first().map_or([0; 3], |(_, image)| {
+            let i = pixel as u32;
+            image.rgb8(i % view.width, i / view.width)
+        })
     }
 
     /// The maps that voxels of particles have; `color` first.

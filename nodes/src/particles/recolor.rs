@@ -7,9 +7,12 @@ use rayon::prelude::*;
 
 use super::index::Index;
 use super::packing::Packing;
-use super::particle::NOTHING;
+use super::particle::{NOTHING, Particle};
 use crate::control::{Cancelled, Control, check};
-use crate::data::{BRICK, BRICK_VOXELS, Extent, MapInfo, Samples, Solid, SolidError, VoxelMap, VoxelSet};
+use crate::data::{
+    BRICK_VOXELS, Extent, MapInfo, Samples, Solid, SolidError, VoxelMap, VoxelSet, indices, voxel_at,
+};
+use crate::exemplar::luminance;
 
 /// How colours are taken over.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,16 +62,10 @@ impl RecolorSolid {
             _ => vec![[0; 3]; packing.placed.len()],
         };
         let set = &packing.set;
-        let mean = |p: &super::particle::Particle| {
+        let mean = |p: &Particle| {
             let shown = p.source.iter().filter(|&&s| s != NOTHING);
-            let light = shown.clone().map(|&s| {
-                let view = &set.view((s >> 30) as usize).view;
-                let i = s & 0x3fff_ffff;
-                view.carried
-                    .first()
-                    .map_or(0.0, |(_, image)| luminance(image.rgb8(i % view.width, i / view.width)))
-            });
-            light.sum::<f64>() / shown.count().max(1) as f64
+            shown.clone().map(|&s| f64::from(luminance(set.color(s)))).sum::<f64>()
+                / shown.count().max(1) as f64
         };
         let means = set.particles.par_iter().map(mean).collect();
         let mut hasher = blake3::Hasher::new();
@@ -80,12 +77,6 @@ impl RecolorSolid {
         let (index, digest) = (Index::new(&packing), hasher.finalize().into());
         Ok(Self { packing, index, base, particles, matrix, settings, centers, means, digest })
     }
-}
-
-/// Luminance in the encoding of the colour, 0 to 255 (Rec. 601).
-fn luminance(color: [u8; 3]) -> f64 {
-    let [r, g, b] = color.map(f64::from);
-    0.299 * r + 0.587 * g + 0.114 * b
 }
 
 /// The colour of a voxel of an answer.
@@ -149,11 +140,9 @@ impl Solid for RecolorSolid {
         for ((&brick, labels), slot) in bricks.iter().zip(&labels).zip(slots) {
             let Some(slot) = slot else { continue };
             let asked = voxels.mask(brick).copied().unwrap_or_default();
-            for at in (0..BRICK_VOXELS).filter(|at| asked[at >> 6] >> (at & 63) & 1 == 1) {
+            for at in indices(&asked) {
                 let (label, _) = labels[at];
-                let local = [at & 7, at >> 3 & 7, at >> 6];
-                let voxel =
-                    std::array::from_fn(|a| brick[a].wrapping_mul(BRICK).wrapping_add(local[a] as i32));
+                let voxel = voxel_at(brick, at);
                 let place = (slot * BRICK_VOXELS + at) * n;
                 let Some(old) = samples.get(place..place + 3).map(|c| [c[0], c[1], c[2]]) else { continue };
                 let (new, shade) = if label == 0 {
@@ -167,7 +156,7 @@ impl Solid for RecolorSolid {
                         (None, None) => continue,
                     };
                     let mean = self.means[self.packing.placed[index].particle as usize];
-                    (new, detail * (luminance(old) - mean))
+                    (new, detail * (f64::from(luminance(old)) - mean))
                 };
                 for c in 0..3 {
                     let shaded = f64::from(new[c]) + shade;

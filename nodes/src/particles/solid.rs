@@ -8,10 +8,9 @@ use rayon::prelude::*;
 use super::index::Index;
 use super::packing::Packing;
 use super::palette;
-use super::particle::NOTHING;
 use crate::control::{Cancelled, Control, check};
 use crate::data::{
-    BRICK_VOXELS, Extent, Map, MapInfo, SampleType, Samples, Solid, SolidError, VoxelMap, VoxelSet,
+    BRICK_VOXELS, Extent, Map, MapInfo, SampleType, Samples, Solid, SolidError, VoxelMap, VoxelSet, indices,
 };
 
 /// How particles look.
@@ -89,11 +88,8 @@ impl ParticleSolid {
                     to.copy_from_slice(&if self.look == Look::Ids { palette(label) } else { [255; 3] });
                 } else {
                     let source = *source.get_or_insert_with(|| self.packing.source(placed, voxel));
-                    if source == NOTHING {
-                        continue;
-                    }
-                    let (view, pixel) = (set.view((source >> 30) as usize), (source & 0x3fff_ffff) as usize);
-                    if let Some((_, image)) = view.view.carried.iter().find(|(name, _)| *name == info.name) {
+                    let Some((view, pixel)) = set.shown(source) else { continue };
+                    if let Some((_, image)) = view.carried.iter().find(|(name, _)| *name == info.name) {
                         to.copy_from_slice(&image.samples().bytes()[pixel * item..][..item]);
                     }
                 }
@@ -194,7 +190,7 @@ impl Solid for ParticleSolid {
 pub(super) fn copy_masked(to: &mut Map, slot: usize, from: Option<(&Map, usize)>, mask: &[u64; 8]) {
     let n = to.channels;
     let flat = to.name == "normal" && n == 3;
-    for at in (0..BRICK_VOXELS).filter(|at| mask[at >> 6] >> (at & 63) & 1 == 1) {
+    for at in indices(mask) {
         let place = (slot * BRICK_VOXELS + at) * n;
         match (from, &mut to.samples) {
             (Some((map, other)), samples) => {

@@ -1,4 +1,4 @@
-//! The nodes `particles.solid` and `particles.mask_solid`.
+//! The node `particles.solid`.
 
 use std::sync::Arc;
 
@@ -39,29 +39,6 @@ impl Node for SolidNode {
         let look = if context.text("look")? == "ids" { Look::Ids } else { Look::Pictures };
         let solid = ParticleSolid::new(packing, matrix, look, context.flag("label")?);
         context.set("solid", SolidValue(Arc::new(solid)));
-        Ok(())
-    }
-}
-
-/// White where particles are.
-pub(super) struct MaskSolidNode;
-
-impl Node for MaskSolidNode {
-    fn spec(&self) -> NodeSpec {
-        NodeSpec::new(
-            "particles.mask_solid",
-            1,
-            "A solid that is white where particles are and black elsewhere",
-            "Tells a synthesis of the matrix where it need not compute anything, and other nodes where particles are.",
-        )
-        .memory_only()
-        .input("packing", Packing::TYPE, "The particles in their places.")
-        .output("mask", SolidValue::TYPE, "White in particles, black in the matrix.")
-    }
-
-    fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {
-        let packing = context.input::<Packing>("packing")?;
-        context.set("mask", SolidValue(Arc::new(ParticleSolid::new(packing, None, Look::Mask, false))));
         Ok(())
     }
 }

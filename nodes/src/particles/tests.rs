@@ -46,18 +46,7 @@ fn discs(side: u32) -> Sections {
 }
 
 fn settings(size: [u32; 3], seed: u64) -> PackSettings {
-    PackSettings {
-        size,
-        wrap: true,
-        order: Order::Isotropic,
-        tolerance: 0.05,
-        gap: 0.0,
-        starts: 1,
-        tries: 8,
-        choice: Choice::Large,
-        slack: 0.1,
-        seed,
-    }
+    PackSettings { size, seed, ..PackSettings::default() }
 }
 
 fn set() -> Arc<ParticleSet> {
@@ -179,7 +168,7 @@ fn sizes_of_sections_are_those_of_the_picture() {
 #[test]
 fn repulsion_evens_out_distances() {
     let set = set();
-    let few = PackSettings { starts: 1, ..settings([64; 3], 4) };
+    let few = settings([64; 3], 4);
     let mut packing = packed(&set, &few);
     // All particles of one half, crowded.
     packing.placed.retain(|p| p.center[0] < 32);

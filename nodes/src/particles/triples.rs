@@ -231,6 +231,9 @@ fn least_error(pairs: &[Pairs], counts: [usize; 3], control: &dyn Control) -> Re
             let mut least = u32::MAX;
             for y in 0..counts[1] {
                 for z in 0..counts[2] {
+                    if pairs[2].least(x, y) + pairs[1].least(x, z) + pairs[0].least(y, z) >= least {
+                        continue;
+                    }
                     if let Some((error, _)) = best_alignment(pairs, [x, y, z], least.saturating_sub(1)) {
                         least = error;
                     }

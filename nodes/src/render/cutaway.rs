@@ -226,7 +226,7 @@ impl<'a> View<'a> {
 }
 
 /// Voxel axes (y down, z away) to world axes (y up, z towards the viewer); its own inverse.
-fn to_world([x, y, z]: Vec3) -> Vec3 {
+pub(super) fn to_world([x, y, z]: Vec3) -> Vec3 {
     [x, -y, -z]
 }
 

@@ -1,6 +1,7 @@
 //! A box of a solid, seen through: what a mask marks is opaque and shaded, the rest as translucent as wanted.
 
 use super::Camera;
+use super::cutaway::to_world;
 use super::error::{RenderError, check_picture};
 use super::studio::{Background, Seen, compose};
 use super::vector::{Vec3, add, dot, scale, unit_or};
@@ -77,11 +78,6 @@ pub fn translucent(
         }
         pixel
     })
-}
-
-/// Voxel axes (y down, z away) to world axes (y up, z towards the viewer); its own inverse.
-fn to_world([x, y, z]: Vec3) -> Vec3 {
-    [x, -y, -z]
 }
 
 struct Scene {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::control::{Cancelled, Control, check};
 use crate::data::{
-    BRICK, BRICK_VOXELS, Extent, MapInfo, SampleType, Samples, Solid, SolidError, VoxelMap, VoxelSet,
+    BRICK_VOXELS, Extent, MapInfo, SampleType, Samples, Solid, SolidError, VoxelMap, VoxelSet, voxel_at,
 };
 
 /// The maps of a solid that has nothing but colours.
@@ -31,9 +31,7 @@ pub fn evaluate_by(
         samples.par_chunks_mut(BRICK_VOXELS * 3).zip(&bricks).try_for_each(|(to, brick)| {
             check(control)?;
             for (at, rgb) in to.chunks_exact_mut(3).enumerate() {
-                let local = [at & 7, at >> 3 & 7, at >> 6];
-                let voxel = std::array::from_fn(|i| brick[i] * BRICK + local[i] as i32);
-                rgb.copy_from_slice(&color(voxel));
+                rgb.copy_from_slice(&color(voxel_at(*brick, at)));
             }
             Ok(())
         });

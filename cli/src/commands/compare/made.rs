@@ -21,13 +21,21 @@ pub(super) const HELD: &str = "the volume that the graph made";
 /// The output that is measured.
 const OUTPUT: &str = "volume";
 
+/// What a graph made.
+pub(super) struct Made {
+    /// The colours of the volume, as a file in memory.
+    pub npy: Vec<u8>,
+    /// The graph's document, before the command line changed it.
+    pub document: String,
+}
+
 impl Compare {
-    /// The colours of the volume, as a file in memory, if it is a graph that is to be compared; `None` if it is a file.
+    /// The volume that is to be compared if a graph makes it; `None` if it is a file.
     pub(super) fn made(
         &self,
         registry: &Arc<Registry>,
         interrupt: &Interrupt,
-    ) -> Result<Option<Vec<u8>>, Failure> {
+    ) -> Result<Option<Made>, Failure> {
         let is_document = Path::new(&self.volume).extension().is_some_and(|extension| extension == "ron");
         if !is_document && breccia_graphs::preset(&self.volume).is_none() {
             return match self.inputs.iter().chain(&self.values).next() {
@@ -64,9 +72,19 @@ impl Compare {
         let volume = output::<Volume>(&result, OUTPUT)?;
         let color =
             volume.map("color").ok_or_else(|| Failure::new(Code::Node, "the volume has no map `color`"))?;
-        let mut bytes = Vec::new();
-        write_npy(volume.size, color, &mut bytes)
+        let mut npy = Vec::new();
+        write_npy(volume.size, color, &mut npy)
             .map_err(|error| Failure::new(Code::Output, error.to_string()))?;
-        Ok(Some(bytes))
+        Ok(Some(Made { npy, document: self.document_text()? }))
+    }
+
+    /// The document of the graph as it stands in its file or preset.
+    fn document_text(&self) -> Result<String, Failure> {
+        match breccia_graphs::preset(&self.volume) {
+            Some(preset) => Ok(preset.ron.to_owned()),
+            None => std::fs::read_to_string(&self.volume).map_err(|error| {
+                Failure::new(Code::Input, format!("cannot read `{}`: {error}", self.volume))
+            }),
+        }
     }
 }

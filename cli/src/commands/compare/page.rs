@@ -37,6 +37,8 @@ pub struct Page<'a> {
     /// Nodes and what they say of their measures.
     pub meanings: Vec<(&'a str, &'a str)>,
     pub document: String,
+    /// The document of the graph that made the volume, if one did.
+    pub made_by: Option<String>,
     pub seed: i64,
 }
 
@@ -76,6 +78,9 @@ impl Page<'_> {
         };
         let meanings: String = self.meanings.iter().map(meaning).collect();
         let (document, command, seed) = (escape(&self.document), escape(&command()), self.seed);
+        let made_by = self.made_by.as_ref().map_or_else(String::new, |document| {
+            format!("<h2>The graph that made the volume</h2><pre>{}</pre>\n", escape(document))
+        });
         let version = env!("CARGO_PKG_VERSION");
         Ok(format!(
             "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
@@ -85,7 +90,7 @@ impl Page<'_> {
              <h2>Measures</h2><p>Each is blind to something: read them together, and look at the pictures too.</p>\
              <div class=\"tables\">{tables}</div>\n{meanings}\
              <h2>Curves</h2><div class=\"row\">{plots}</div>\n\
-             <h2>How it was made</h2><p>breccia {version}, seed {seed}.</p><pre>{command}</pre>\n<pre>{document}</pre>\n\
+             <h2>How it was made</h2><p>breccia {version}, seed {seed}.</p><pre>{command}</pre>\n<pre>{document}</pre>\n{made_by}\
              </body></html>\n"
         ))
     }

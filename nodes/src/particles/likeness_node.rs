@@ -1,35 +1,11 @@
-//! The nodes `particles.list` and `particles.likeness`.
+//! The node `particles.likeness`.
 
 use breccia_engine::{Context, Data, Node, NodeError, NodeSpec};
 
 use super::likeness::likeness;
-use super::list::ParticleList;
 use super::packing::Packing;
 use super::room::check_room;
 use crate::data::{Curves, Report};
-
-/// The particles as a table.
-pub(super) struct ListNode;
-
-impl Node for ListNode {
-    fn spec(&self) -> NodeSpec {
-        NodeSpec::new(
-            "particles.list",
-            1,
-            "A table of the particles",
-            "Number (as in label volumes), centre, volume, axes, sphericity, source cross-sections and neighbours of every particle, for CSV and \
-             JSON.",
-        )
-        .input("packing", Packing::TYPE, "The particles in their places.")
-        .output("list", ParticleList::TYPE, "The table.")
-    }
-
-    fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {
-        let packing = context.input::<Packing>("packing")?;
-        context.set("list", ParticleList::of(&packing));
-        Ok(())
-    }
-}
 
 /// Particles against the pictures.
 pub(super) struct LikenessNode;
