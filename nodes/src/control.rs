@@ -1,4 +1,6 @@
-//! How a long computation hears of cancellation and reports progress, without knowing who asks.
+//! How a long computation hears of cancellation and of a compute device, and reports progress, without knowing who asks.
+
+use breccia_shaders::{Gpu, GpuError};
 
 /// Cancellation and progress of a long computation. `()` never cancels and reports to nobody.
 pub trait Control: Sync {
@@ -10,6 +12,16 @@ pub trait Control: Sync {
     /// Reports the fraction done, 0 to 1.
     fn progress(&self, fraction: f32) {
         let _ = fraction;
+    }
+
+    /// The compute device that the computation may use, where it has the choice.
+    fn gpu(&self) -> Option<&Gpu> {
+        None
+    }
+
+    /// Hears that the device is gone, and that the computation goes on without it.
+    fn device_lost(&self, error: &GpuError) {
+        let _ = error;
     }
 }
 

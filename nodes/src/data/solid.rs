@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use breccia_engine::{Data, Digest};
+use breccia_shaders::GpuError;
 
 use super::{MapInfo, VoxelMap, VoxelSet};
 use crate::control::{Cancelled, Control};
@@ -27,6 +28,18 @@ pub enum SolidError {
     /// The answer would not fit into memory.
     #[error("{0}")]
     TooLarge(String),
+    /// The compute device could not do it.
+    #[error(transparent)]
+    Device(GpuError),
+}
+
+impl From<GpuError> for SolidError {
+    fn from(error: GpuError) -> Self {
+        match error {
+            GpuError::Cancelled => Self::Cancelled,
+            other => Self::Device(other),
+        }
+    }
 }
 
 impl From<Cancelled> for SolidError {
@@ -39,7 +52,7 @@ impl From<SolidError> for breccia_engine::NodeError {
     fn from(error: SolidError) -> Self {
         match error {
             SolidError::Cancelled => Self::Cancelled,
-            SolidError::TooLarge(message) => Self::Failed(message),
+            other => Self::failed(other),
         }
     }
 }

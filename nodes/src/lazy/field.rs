@@ -91,6 +91,11 @@ impl Field {
         Self { slots, keys, bricks }
     }
 
+    /// The bricks and their positions.
+    pub fn into_parts(self) -> (Vec<[i32; 3]>, Vec<Brick>) {
+        (self.keys, self.bricks)
+    }
+
     /// Bricks with their positions.
     pub fn bricks(&self) -> impl Iterator<Item = ([i32; 3], &Brick)> {
         self.keys.iter().copied().zip(&self.bricks)

@@ -9,6 +9,7 @@ use breccia_engine::{Context, Node, NodeError, NodeSpec};
 use super::domain::Domain;
 use super::initial::Initial;
 use super::random::{hash, mix, unit};
+use crate::data::BRICK_VOXELS;
 
 const CENTRE: u32 = 16;
 const CELL: i32 = 4;
@@ -29,45 +30,83 @@ pub struct Jitter {
     pub density: f64,
 }
 
-struct Gaussian {
-    centre: [f64; 3],
-    push: [f64; 3],
-    inverse: f64,
-    reach: f64,
+/// One Gaussian in fixed point, as a brick sees it: what reaches a voxel is summed up in whole numbers, so that every
+/// device finds the same displacement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(super) struct Gaussian {
+    /// From the brick's first voxel, in 256ths of a voxel.
+    pub centre: [i32; 3],
+    /// The largest squared distance that it reaches, in the same units.
+    pub reach: i32,
+    /// In 1024ths of a voxel, at the centre.
+    pub push: [i32; 3],
+    /// Leads from a squared distance `d` to a place in [`falling`]: `(d >> shift) * factor >> 16`, the shift in the lowest eight
+    /// bits, the factor above them.
+    pub shape: u32,
+}
+
+/// Places of [`falling`] to one in the exponent.
+const FINE: f64 = 256.0;
+
+/// e^−x in 65,536ths, for x from 0 to where Gaussians end.
+pub(super) fn falling() -> Vec<u32> {
+    let last = (REACH * REACH / 2.0 * FINE) as i32;
+    (0..=last).map(|i| libm::round(libm::exp(-(f64::from(i) + 0.5) / FINE) * 65536.0) as u32).collect()
+}
+
+impl Gaussian {
+    /// The push on the voxel at a position in the brick, in 2^-18 voxels.
+    #[inline(always)]
+    fn at(&self, local: [i32; 3], falling: &[u32]) -> Option<[i32; 3]> {
+        let d: [i32; 3] = std::array::from_fn(|i| local[i] * 256 + 128 - self.centre[i]);
+        let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        if square > self.reach {
+            return None;
+        }
+        let place = (((square as u32) >> (self.shape & 255)) * (self.shape >> 8)) >> 16;
+        let weight = falling[(place as usize).min(falling.len() - 1)] as i32;
+        Some(self.push.map(|push| (push * weight) >> 8))
+    }
 }
 
 impl Jitter {
-    /// The Gaussian `index` of a cell. Only basic operations and `libm`, so the same on every machine.
-    fn gaussian(&self, seed: u64, cell: [i32; 3], id: [i32; 3], index: u32) -> Gaussian {
+    /// The Gaussian `index` of a cell that begins at `first`, from the brick's first voxel. Only basic operations and `libm`, so
+    /// the same on every machine.
+    fn gaussian(&self, seed: u64, first: [i32; 3], id: [i32; 3], index: u32) -> Gaussian {
         let mut state = mix(hash(seed, CENTRE, id), index);
         let mut next = || {
             state = mix(state, 0x5bd1_e995);
             unit(state)
         };
-        let centre: [f64; 3] = std::array::from_fn(|i| f64::from(cell[i] * CELL) + next() * f64::from(CELL));
+        let centre = first.map(|c| c * 256 + (next() * f64::from(CELL * 256)) as i32);
         let sigma = self.sigma_min + (self.sigma_max - self.sigma_min).max(0.0) * next();
         // A direction from the cube of random vectors is close enough to uniform for a random warp.
         let raw: [f64; 3] = std::array::from_fn(|_| next() - 0.5);
         let length = libm::sqrt(raw.iter().map(|c| c * c).sum::<f64>()).max(1e-6);
         let size = 16.0 * self.amount * (0.33 + 0.67 * next()) * libm::sqrt(self.sigma_min / sigma);
+        let reach = (REACH * REACH * sigma * sigma * 65536.0) as u32;
+        // So that the products of `Gaussian::at` stay within 32 bits.
+        let shift = (32 - reach.leading_zeros()).saturating_sub(16);
+        let factor = libm::round(FINE / 2.0 * f64::from(1u32 << shift) / (sigma * sigma)) as u32;
         Gaussian {
             centre,
-            push: raw.map(|c| c / length * size),
-            inverse: 1.0 / (2.0 * sigma * sigma),
-            reach: REACH * sigma,
+            reach: reach as i32,
+            push: raw.map(|c| libm::round(c / length * size * 1024.0) as i32),
+            shape: shift | factor << 8,
         }
     }
 
-    /// The displacements of the voxels of a brick, in whole voxels.
-    pub(super) fn displacements(&self, seed: u64, domain: &Domain, brick: [i32; 3]) -> Vec<[i32; 3]> {
-        let mut sums = vec![[0.0f64; 3]; 512];
-        let base = brick.map(|b| b * 8);
+    /// The Gaussians that reach into a brick.
+    pub(super) fn gaussians(&self, seed: u64, domain: &Domain, brick: [i32; 3]) -> Vec<Gaussian> {
+        let base = brick.map(|b| b.wrapping_mul(8));
         let reach = libm::ceil(REACH * self.sigma_max) as i32;
         let cells = |axis: usize| {
-            let first = (base[axis] - reach).div_euclid(CELL);
-            first..=(base[axis] + 7 + reach).div_euclid(CELL)
+            let first = base[axis].saturating_sub(reach).div_euclid(CELL);
+            first..=base[axis].saturating_add(7 + reach).div_euclid(CELL)
         };
         let whole = libm::floor(self.density) as u32;
+        let mut found = Vec::new();
         for cz in cells(2) {
             for cy in cells(1) {
                 for cx in cells(0) {
@@ -78,40 +117,47 @@ impl Jitter {
                     });
                     // A fractional density is met on average.
                     let extra = unit(hash(seed, CENTRE + 1, id)) < self.density - f64::from(whole);
-                    for index in 0..whole + u32::from(extra) {
-                        add(&self.gaussian(seed, cell, id, index), base, &mut sums);
+                    let first = std::array::from_fn(|i| cell[i].wrapping_mul(CELL).wrapping_sub(base[i]));
+                    let all = (0..whole + u32::from(extra)).map(|i| self.gaussian(seed, first, id, i));
+                    found.extend(all.filter(Gaussian::touches));
+                }
+            }
+        }
+        found
+    }
+
+    /// The displacements of the voxels of a brick, in whole voxels.
+    pub(super) fn displacements(&self, seed: u64, domain: &Domain, brick: [i32; 3]) -> Vec<[i32; 3]> {
+        let falling = falling();
+        let mut sums = vec![[0i32; 3]; BRICK_VOXELS];
+        for gaussian in self.gaussians(seed, domain, brick) {
+            let [xs, ys, zs] = gaussian.voxels();
+            for z in zs {
+                for y in ys.clone() {
+                    for x in xs.clone() {
+                        let Some(push) = gaussian.at([x, y, z], &falling) else { continue };
+                        let sum = &mut sums[(x + 8 * y + 64 * z) as usize];
+                        (0..3).for_each(|i| sum[i] = sum[i].wrapping_add(push[i]));
                     }
                 }
             }
         }
-        sums.into_iter().map(|sum| sum.map(|d| libm::round(d) as i32)).collect()
+        sums.into_iter().map(|sum| sum.map(|d| d.wrapping_add(1 << 17) >> 18)).collect()
     }
 }
 
-/// Adds one Gaussian to the voxels of a brick that it reaches.
-fn add(gaussian: &Gaussian, base: [i32; 3], sums: &mut [[f64; 3]]) {
-    let range = |axis: usize| {
-        let c = gaussian.centre[axis] - 0.5 - f64::from(base[axis]);
-        let first = libm::ceil(c - gaussian.reach).max(0.0) as i32;
-        first..=(libm::floor(c + gaussian.reach).min(7.0) as i32)
-    };
-    for z in range(2) {
-        for y in range(1) {
-            for x in range(0) {
-                let local = [x, y, z];
-                let square: f64 = (0..3)
-                    .map(|i| {
-                        let d = f64::from(base[i] + local[i]) + 0.5 - gaussian.centre[i];
-                        d * d
-                    })
-                    .sum();
-                if square <= gaussian.reach * gaussian.reach {
-                    let weight = libm::exp(-square * gaussian.inverse);
-                    let sum = &mut sums[(x + 8 * y + 64 * z) as usize];
-                    (0..3).for_each(|i| sum[i] += gaussian.push[i] * weight);
-                }
-            }
-        }
+impl Gaussian {
+    /// Ranges of a brick's voxels beyond which it does not reach.
+    fn voxels(&self) -> [std::ops::RangeInclusive<i32>; 3] {
+        let radius = libm::sqrt(f64::from(self.reach)) as i32 + 1;
+        self.centre.map(|c| {
+            let first = (c - 128 - radius).div_euclid(256);
+            first.max(0)..=((c - 128 + radius).div_euclid(256) + 1).min(7)
+        })
+    }
+
+    fn touches(&self) -> bool {
+        self.voxels().iter().all(|range| !range.is_empty())
     }
 }
 

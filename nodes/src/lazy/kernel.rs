@@ -491,7 +491,7 @@ fn window_index(z: usize, i: usize) -> usize {
 
 /// What a crossbar error is multiplied with for its cost, times 2^24: it turns colours into the units of
 /// descriptor distances and weighs them. Errors are at most 3.9 million, so that costs stay below 2^29.
-fn crossbar_factor(level: &LevelTables, weights: Weights) -> u32 {
+pub(super) fn crossbar_factor(level: &LevelTables, weights: Weights) -> u32 {
     (u64::from(level.scale) * weights.crossbar).min(i32::MAX as u64) as u32
 }
 

@@ -14,6 +14,7 @@ mod coherence;
 mod color;
 mod dependency;
 mod descriptors;
+mod device;
 mod domain;
 mod field;
 mod initial;

@@ -3,11 +3,13 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use breccia_engine::Digest;
+use breccia_shaders::{Gpu, GpuError};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::color::{Contrast, OneColor};
 use super::dependency::{dependency, dependency_among, parents};
+use super::device::{DeviceTables, Request};
 use super::domain::Domain;
 use super::field::{Brick, Correction, Field};
 use super::initial::Initial;
@@ -67,6 +69,8 @@ impl LazySolid {
     /// A solid from its tables. `digest` must determine `tables`; the rest is added to it here.
     pub fn new(tables: Arc<Tables>, initial: Initial, settings: Settings, digest: Digest) -> Self {
         let mut hasher = blake3::Hasher::new();
+        // Raised when the same settings give another solid.
+        hasher.update(b"lazy solid 2");
         hasher.update(&digest.0);
         hasher.update(&breccia_engine::Data::digest(&initial).0);
         hasher.update(format!("{settings:?}").as_bytes());
@@ -161,7 +165,10 @@ impl LazySolid {
         let computed = if missing.is_empty() {
             Field::of(Vec::new(), Vec::new())
         } else {
-            let field = self.synthesise(level, &missing, work, control)?;
+            let field = match control.gpu().filter(|_| level == 0) {
+                Some(gpu) => self.synthesise_on(gpu, &missing, work, control)?,
+                None => self.synthesise(level, &missing, work, control)?,
+            };
             self.remember(level, &missing, &field);
             field
         };
@@ -204,6 +211,51 @@ impl LazySolid {
             }
             cache.known.insert_mask(key, mask);
         }
+    }
+
+    /// As [`Self::synthesise`] of the finest level, on a device; on the processor after all if the device is lost.
+    fn synthesise_on(
+        &self,
+        gpu: &Gpu,
+        wanted: &VoxelSet,
+        work: &mut Work,
+        control: &dyn Control,
+    ) -> Result<Field, SolidError> {
+        match self.ask_device(gpu, wanted, control) {
+            Err(SolidError::Device(error @ GpuError::Lost(_))) => {
+                control.device_lost(&error);
+                self.synthesise(0, wanted, work, control)
+            }
+            answer => answer,
+        }
+    }
+
+    fn ask_device(&self, gpu: &Gpu, wanted: &VoxelSet, control: &dyn Control) -> Result<Field, SolidError> {
+        let mut free = self.taken.as_ref().map(|(taken, _)| taken.free(control));
+        let before = match &mut free {
+            Some(free) => {
+                let need =
+                    dependency_among(&self.settings, &self.domain(0), 0, wanted, |step| free.of(&step))?;
+                free.of(&need.before)?;
+                need.before
+            }
+            None => VoxelSet::new(),
+        };
+        let weights = |level: usize| self.weights(level);
+        let request = Request {
+            tables: &self.tables,
+            initial: &self.initial,
+            settings: &self.settings,
+            weights: &weights,
+            wanted,
+            taken: free
+                .as_ref()
+                .zip(self.taken.as_ref())
+                .map(|(free, (_, marker))| (&before, &free.free, *marker)),
+        };
+        let tables =
+            gpu.resident(self.digest.0, || gpu.scope(|| DeviceTables::new(gpu, &self.tables, &self.initial)));
+        Ok(request.run(gpu, &*tables?, control)?)
     }
 
     /// Computes a level over `wanted`, and the coarser levels that it needs.

@@ -102,7 +102,7 @@ impl Node for SynthesisNode {
     fn spec(&self) -> NodeSpec {
         let spec = NodeSpec::new(
             "lazy.synthesis",
-            2,
+            3,
             "A solid synthesised on demand",
             "Nothing is computed here: the solid computes the voxels that are asked for, and those they depend on, \
              when they are asked for. For a seed every voxel has one colour, whatever else is asked for, in whatever \

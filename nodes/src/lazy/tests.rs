@@ -23,7 +23,7 @@ fn picture(side: u32) -> Image {
     })
 }
 
-struct Stages {
+pub(super) struct Stages {
     exemplar: crate::exemplar::Exemplar,
     tables: Arc<Tables>,
     initial: Initial,
@@ -33,7 +33,7 @@ fn stages(side: u32, levels: usize, tileable: bool) -> Stages {
     stages_with(side, levels, tileable, &[12, 16])
 }
 
-fn stages_with(side: u32, levels: usize, tileable: bool, dims: &[i64]) -> Stages {
+pub(super) fn stages_with(side: u32, levels: usize, tileable: bool, dims: &[i64]) -> Stages {
     let make = MakeSettings { tileable, ..Default::default() };
     let exemplar = make_exemplar(&picture(side), None, None, &[], &make).expect("an exemplar");
     let pyramid = Pyramid::new(&exemplar, levels).expect("a pyramid");
@@ -65,7 +65,7 @@ pub(super) fn tables_of_noise(dims: i64, tileable: bool) -> Tables {
 }
 
 impl Stages {
-    fn solid(&self, settings: &Settings) -> LazySolid {
+    pub(super) fn solid(&self, settings: &Settings) -> LazySolid {
         LazySolid::new(Arc::clone(&self.tables), self.initial.clone(), settings.clone(), Digest([7; 32]))
     }
 }

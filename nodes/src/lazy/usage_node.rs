@@ -20,7 +20,7 @@ impl Node for UsageNode {
     fn spec(&self) -> NodeSpec {
         let spec = NodeSpec::new(
             "lazy.usage",
-            2,
+            3,
             "Balances how often each exemplar pixel is used",
             "Small test volumes are synthesised with seeds of their own, and pixels used too often become dearer, \
              for good. Without it, structured exemplars tend to collapse to their commonest colour. Its settings \

@@ -1,0 +1,15 @@
+//! Lazy synthesis on a compute device: the same bits as on the processor.
+//!
+//! Data flows one way here too: [`plan`] says which bricks of each level take part, the masks of the voxels that matter are
+//! made on the device from the finest level to the coarsest (`dilate`, `parents`), and the states from the coarsest to the finest
+//! (`start`, `upsample`, `correct`). Nothing comes back before the finished bricks.
+
+mod level;
+mod plan;
+mod synthesis;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+pub(super) use synthesis::{DeviceState, Request};
+pub(super) use tables::DeviceTables;
