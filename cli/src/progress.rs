@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::io::{self, IsTerminal, Write};
 
-use breccia_engine::Event;
+use breccia_engine::{Device, Event};
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -49,8 +49,10 @@ impl Progress {
             Event::Warning { node: Some(node), message } => format!("warning: node `{node}`: {message}"),
             Event::Warning { node: None, message } => format!("warning: {message}"),
             _ if matches!(self, Self::Quiet) => return,
-            Event::NodeFinished { node, seconds, bytes, summary, .. } => {
-                format!("{node}: {} ({}, {seconds:.2} s)", term::brief(summary), human(*bytes))
+            Event::DeviceChosen { message } => format!("note: {message}"),
+            Event::NodeFinished { node, seconds, bytes, summary, device } => {
+                let place = if *device == Device::Gpu { ", on the device" } else { "" };
+                format!("{node}: {} ({}, {seconds:.2} s{place})", term::brief(summary), human(*bytes))
             }
             Event::RunFinished { seconds, computed, cached, cancelled: false, .. } => {
                 format!("computed {computed} nodes, found {cached} in the cache, in {seconds:.2} s")

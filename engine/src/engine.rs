@@ -7,6 +7,7 @@ use std::time::Duration;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::cache::{Cache, DiskCache};
+use crate::device::{Devices, OpenDevice};
 use crate::events::Event;
 use crate::files::{FileSource, PlainFiles};
 use crate::graph::Graph;
@@ -33,8 +34,8 @@ pub enum DeviceChoice {
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
     /// A device was asked for, and there is none.
-    #[error("no compute device is available, expected one for device choice `gpu`; use `auto` or `cpu`")]
-    NoDevice,
+    #[error("no compute device is available, expected one for device choice `gpu` ({0}); use `auto` or `cpu`")]
+    NoDevice(String),
     /// The threads could not be started.
     #[error("{threads} threads cannot be started: {error}")]
     Threads {
@@ -53,6 +54,7 @@ pub struct EngineBuilder {
     disk_limit: u64,
     files: Arc<dyn FileSource>,
     device: DeviceChoice,
+    open_device: Option<OpenDevice>,
     cancel_grace: Duration,
 }
 
@@ -93,6 +95,12 @@ impl EngineBuilder {
         self
     }
 
+    /// How to open the compute device. It is opened when a node could first use it, or at once if it must be there.
+    pub fn compute(mut self, open: OpenDevice) -> Self {
+        self.open_device = Some(open);
+        self
+    }
+
     /// How long a cancelled run waits for its nodes to stop before it leaves them behind; 80 ms by default.
     pub fn cancel_grace(mut self, grace: Duration) -> Self {
         self.cancel_grace = grace;
@@ -104,8 +112,9 @@ impl EngineBuilder {
     /// # Errors
     /// If the threads cannot be started, or a device is asked for and there is none.
     pub fn build(self, registry: Arc<Registry>) -> Result<Engine, EngineError> {
+        let devices = Devices::new(self.device, self.open_device);
         if self.device == DeviceChoice::Gpu {
-            return Err(EngineError::NoDevice);
+            devices.get().map_err(EngineError::NoDevice)?;
         }
         let pool = ThreadPoolBuilder::new()
             .num_threads(self.threads)
@@ -119,6 +128,7 @@ impl EngineBuilder {
             flights: Flights::default(),
             files: self.files,
             pool,
+            devices,
             cancel_grace: self.cancel_grace,
             slow_stops: Mutex::default(),
         })))
@@ -132,6 +142,7 @@ pub(crate) struct Shared {
     pub flights: Flights,
     pub files: Arc<dyn FileSource>,
     pool: ThreadPool,
+    pub devices: Devices,
     pub cancel_grace: Duration,
     /// Nodes that went on for long after a cancellation, until a run names them.
     slow_stops: Mutex<Vec<String>>,
@@ -170,6 +181,7 @@ impl Engine {
             disk_limit: 10 << 30,
             files: Arc::new(PlainFiles::default()),
             device: DeviceChoice::Auto,
+            open_device: None,
             cancel_grace: Duration::from_millis(80),
         }
     }

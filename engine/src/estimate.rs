@@ -4,6 +4,15 @@ use std::collections::BTreeMap;
 
 use crate::spec::ParamValue;
 
+/// How much a node has to do, for the choice of where it runs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Work {
+    /// Seconds on all CPU threads of an ordinary machine.
+    pub seconds: f64,
+    /// Bytes that would move to a compute device and back.
+    pub bytes: u64,
+}
+
 /// What a node guesses the size of its outputs from: its parameters, and the sizes of its inputs as far as they
 /// are known or guessed.
 pub struct Sizing<'a> {

@@ -45,6 +45,11 @@ pub enum Event {
         /// The number of threads.
         threads: usize,
     },
+    /// What the nodes run on that have a choice; told once in a run, before the first of them.
+    DeviceChosen {
+        /// In words.
+        message: String,
+    },
     /// A node began to compute.
     NodeStarted {
         /// The node.
@@ -134,7 +139,7 @@ impl Event {
             | Self::NodeFailed { node, .. }
             | Self::NodeSkipped { node, .. } => Some(node),
             Self::Warning { node, .. } => node.as_deref(),
-            Self::RunStarted { .. } | Self::RunFinished { .. } => None,
+            Self::RunStarted { .. } | Self::DeviceChosen { .. } | Self::RunFinished { .. } => None,
         }
     }
 }

@@ -90,6 +90,7 @@
 //! files in it are made again.
 
 mod cache;
+mod device;
 mod docs;
 mod document;
 mod engine;
@@ -109,13 +110,14 @@ mod suggest;
 mod value;
 
 pub use cache::{DiskCache, DiskInfo};
+pub use device::{ComputeDevice, DeviceProfile, OpenDevice};
 pub use docs::{ChoiceDoc, NodeDoc, ParamDoc, SocketDoc, describe, lint, markdown, plain};
 pub use document::{
     Document, DocumentError, FORMAT, Group, IncludeError, Interface, InterfaceInput, InterfaceOutput,
     InterfaceParam, Link, NodeEntry, VERSION,
 };
 pub use engine::{DeviceChoice, Engine, EngineBuilder, EngineError};
-pub use estimate::Sizing;
+pub use estimate::{Sizing, Work};
 pub use events::{CacheLevel, Device, Event, FailureKind};
 pub use export::{Exporter, Sink};
 pub use files::{FileSource, PlainFiles};

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::estimate::Sizing;
+use crate::device::ComputeDevice;
+use crate::estimate::{Sizing, Work};
 use crate::spec::{NodeSpec, ParamValue};
 use crate::value::{Data, Value};
 
@@ -20,6 +21,11 @@ pub trait Node: Send + Sync {
     /// # Errors
     /// Says what was found and what was expected; never panics on any input.
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError>;
+
+    /// Roughly how much there is to do, for nodes that can run on a compute device.
+    fn work(&self, _sizing: &Sizing<'_>) -> Option<Work> {
+        None
+    }
 
     /// Roughly how many bytes of memory the outputs will take, for those who ask before they run a graph.
     fn estimate(&self, _sizing: &Sizing<'_>) -> Option<u64> {
@@ -77,6 +83,9 @@ pub struct Context<'a> {
     pub(crate) outputs: BTreeMap<&'static str, Value>,
     pub(crate) cancel: &'a CancelToken,
     pub(crate) progress: &'a (dyn Fn(f32) + Sync),
+    pub(crate) device: Option<Arc<dyn ComputeDevice>>,
+    pub(crate) device_used: AtomicBool,
+    pub(crate) warn: &'a (dyn Fn(String) + Sync),
 }
 
 impl Context<'_> {
@@ -222,6 +231,18 @@ impl Context<'_> {
     /// Whether the run should stop; long computations ask at least every 50 ms.
     pub fn is_cancelled(&self) -> bool {
         self.cancel.is_cancelled()
+    }
+
+    /// The compute device, if the node is to run there. Whoever asks is taken to use it.
+    pub fn device(&self) -> Option<&dyn ComputeDevice> {
+        let device = self.device.as_deref().filter(|device| device.lost().is_none())?;
+        self.device_used.store(true, Ordering::Relaxed);
+        Some(device)
+    }
+
+    /// Tells of something that does not stop the node.
+    pub fn warn(&self, message: impl Into<String>) {
+        (self.warn)(message.into());
     }
 
     /// Reports the fraction done, 0 to 1.

@@ -173,6 +173,12 @@ impl NodeSpec {
         self
     }
 
+    /// Says that the node runs on a compute device too, with the same result bit for bit.
+    pub fn on_device(mut self) -> Self {
+        self.placement = Placement::CpuOrGpu;
+        self
+    }
+
     /// Keeps outputs out of the disk cache: computing them is about as fast as reading them.
     pub fn memory_only(mut self) -> Self {
         self.disk_cache = false;

@@ -2,6 +2,8 @@
 
 use breccia_shaders::{Gpu, GpuError};
 
+use crate::device::GpuDevice;
+
 /// Cancellation and progress of a long computation. `()` never cancels and reports to nobody.
 pub trait Control: Sync {
     /// Whether the computation should stop; asked at least every 50 ms of work.
@@ -33,6 +35,12 @@ impl Control for breccia_engine::Context<'_> {
     }
     fn progress(&self, fraction: f32) {
         breccia_engine::Context::progress(self, fraction);
+    }
+    fn gpu(&self) -> Option<&Gpu> {
+        self.device()?.as_any().downcast_ref::<GpuDevice>().map(|device| &device.0)
+    }
+    fn device_lost(&self, error: &GpuError) {
+        self.warn(format!("{error}; the work goes on with CPU threads"));
     }
 }
 

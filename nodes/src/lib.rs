@@ -5,6 +5,7 @@
 
 pub mod control;
 pub mod data;
+pub mod device;
 pub mod exemplar;
 pub mod io;
 pub mod lazy;

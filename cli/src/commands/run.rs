@@ -5,8 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use breccia_engine::{
-    CacheLevel, DeviceChoice, Engine, EngineError, FailureKind, Forecast, Plan, Registry, RunError, RunResult,
+    CacheLevel, Device, DeviceChoice, Engine, EngineError, FailureKind, Forecast, Plan, Registry, RunError, RunResult,
 };
+use breccia_nodes::device::{GpuSettings, open_device};
 use serde_json::json;
 
 use crate::exit::{self, Code, Failure};
@@ -58,6 +59,14 @@ pub struct Run {
     /// Where nodes that offer a choice run
     #[arg(long, value_enum, default_value_t = DeviceArg::Auto)]
     device: DeviceArg,
+
+    /// Memory of the compute device that may be used
+    #[arg(long, value_name = "SIZE", default_value = "2G", value_parser = sizes::parse)]
+    device_memory: u64,
+
+    /// Milliseconds that a compute device may be busy without a break; display drivers reset those that are for seconds
+    #[arg(long, value_name = "MS", default_value_t = 50, value_parser = clap::value_parser!(u16).range(1..=10_000))]
+    device_slice: u16,
 
     /// Folder of the disk cache [default: breccia in the user's cache folder]
     #[arg(long, value_name = "DIR")]
@@ -144,10 +153,16 @@ impl Run {
             .cache_dir(cache)
             .files(Arc::new(Sources::default()))
             .device(device)
+            .compute(open_device(GpuSettings {
+                memory: self.device_memory,
+                submission: Duration::from_millis(self.device_slice.into()),
+                pipeline_cache: folders::default_cache().map(|folder| folder.join("pipelines")),
+                adapter: None,
+            }))
             .cancel_grace(GRACE)
             .build(Arc::clone(registry))
             .map_err(|error| match error {
-                EngineError::NoDevice => Failure::usage(format!("{error} (`breccia devices` lists them)")),
+                EngineError::NoDevice(_) => Failure::usage(format!("{error} (`breccia devices` lists them)")),
                 EngineError::Threads { .. } => Failure::new(Code::Node, error.to_string()),
             })
     }
@@ -199,6 +214,12 @@ fn plan_text(plan: &Plan) -> String {
         // A failure is told in full, a result in a line.
         let fails = entry.forecast == Forecast::Fails;
         let summary = if fails { summary.to_owned() } else { term::brief(summary) };
+        let place = match &entry.placement {
+            Some((Device::Gpu, why)) => format!("on the device: {why}"),
+            Some((Device::Cpu, why)) => format!("on CPU threads: {why}"),
+            None => String::new(),
+        };
+        let summary = if summary.is_empty() { place } else { summary };
         let line = format!("{:width$}  {forecast:10}  {size:>12}  {summary}", entry.node);
         out.push_str(line.trim_end());
         out.push('\n');

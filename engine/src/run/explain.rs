@@ -1,5 +1,7 @@
 //! What a run would do, found out without running anything.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::RunError;
@@ -7,7 +9,7 @@ use super::files;
 use super::state::{Action, RunState, Status};
 use crate::engine::Shared;
 use crate::estimate::Sizing;
-use crate::events::CacheLevel;
+use crate::events::{CacheLevel, Device};
 use crate::graph::{Graph, GraphNode, Problems, Source};
 
 /// What would happen to a node.
@@ -39,6 +41,8 @@ pub struct PlanEntry {
     pub estimate: Option<u64>,
     /// The outputs in words, if an earlier run found out; else why it fails.
     pub summary: Option<String>,
+    /// Where a node would run that has a choice, and why.
+    pub placement: Option<(Device, String)>,
 }
 
 /// What a run would do, node by node, sources first.
@@ -78,6 +82,7 @@ pub(crate) fn explain(shared: &Shared, graph: &Graph, outputs: &[&str]) -> Resul
                         bytes: None,
                         estimate: None,
                         summary: Some(lack.message),
+                        placement: None,
                     });
                 }
             },
@@ -116,6 +121,8 @@ pub(crate) fn explain(shared: &Shared, graph: &Graph, outputs: &[&str]) -> Resul
             bytes: known.record.as_ref().map(|record| record.bytes()),
             estimate: if known.record.is_some() { None } else { estimates[node] },
             summary: failure.or_else(|| known.record.as_ref().map(|record| record.summary())),
+            placement: placement(shared, &state, &estimates, node)
+                .filter(|_| matches!(forecast, Forecast::WouldRun | Forecast::Unknown)),
         });
     }
     Ok(plan)
@@ -126,21 +133,40 @@ fn estimates(state: &RunState<'_>) -> Vec<Option<u64>> {
     let mut sizes: Vec<Option<u64>> = vec![None; state.nodes.len()];
     // Sources come first.
     for &node in &state.region {
-        let GraphNode { ty, params, links, .. } = &state.graph.nodes[node];
+        let graph_node = &state.graph.nodes[node];
         sizes[node] = match &state.nodes[node].record {
             Some(record) => Some(record.bytes()),
             None => {
-                let size = |links: &Vec<Source>| {
-                    let known = links.iter().map(|source| sizes[source.node]);
-                    known.reduce(|a, b| Some(a?.saturating_add(b?))).flatten()
-                };
-                let inputs =
-                    ty.spec.inputs.iter().zip(links).map(|(socket, links)| (socket.name, size(links)));
-                ty.node.estimate(&Sizing { params, inputs: inputs.collect() })
+                let sizing = Sizing { params: &graph_node.params, inputs: inputs(graph_node, &sizes) };
+                graph_node.ty.node.estimate(&sizing)
             }
         };
     }
     sizes
+}
+
+/// Where a node would run, if it has a choice, and why.
+fn placement(
+    shared: &Shared,
+    state: &RunState<'_>,
+    sizes: &[Option<u64>],
+    node: usize,
+) -> Option<(Device, String)> {
+    let node = &state.graph.nodes[node];
+    if !shared.devices.asked(node) {
+        return None;
+    }
+    let placed = shared.devices.place(node, &Sizing { params: &node.params, inputs: inputs(node, sizes) });
+    Some((placed.device(), placed.why))
+}
+
+/// The sizes of a node's inputs, as far as they are known.
+fn inputs(node: &GraphNode, sizes: &[Option<u64>]) -> BTreeMap<&'static str, Option<u64>> {
+    let size = |links: &Vec<Source>| {
+        let known = links.iter().map(|source| sizes[source.node]);
+        known.reduce(|a, b| Some(a?.saturating_add(b?))).flatten()
+    };
+    node.ty.spec.inputs.iter().zip(&node.links).map(|(socket, links)| (socket.name, size(links))).collect()
 }
 
 /// Reads and hashes the files; nodes whose files are unreadable fail.

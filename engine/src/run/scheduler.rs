@@ -11,8 +11,10 @@ use super::state::{Action, Demand, RunState, Status};
 use super::task::{Message, Task};
 use super::{Failure, RunError, RunResult};
 use crate::cache::Lookup;
+use crate::device::Placed;
 use crate::engine::Shared;
-use crate::events::{CacheLevel, Device, Event, FailureKind};
+use crate::estimate::Sizing;
+use crate::events::{CacheLevel, Event, FailureKind};
 use crate::graph::{Graph, Problems, Source};
 use crate::keys::Key;
 use crate::node::{CancelToken, NodeError};
@@ -62,6 +64,7 @@ pub(crate) fn run(order: &Order<'_>) -> Result<RunResult, RunError> {
         cancelled_at: Arc::default(),
         result: RunResult::default(),
         store_warned: false,
+        device_told: false,
     };
     let start = Instant::now();
     // Results of earlier runs may have been let go of since.
@@ -117,6 +120,7 @@ struct Scheduler<'a> {
     cancelled_at: Arc<OnceLock<Instant>>,
     result: RunResult,
     store_warned: bool,
+    device_told: bool,
 }
 
 impl Scheduler<'_> {
@@ -267,6 +271,7 @@ impl Scheduler<'_> {
             self.order.shared.flights.land(key, None);
             return true;
         }
+        let placed = self.place(node);
         let value = |source: &Source| self.state.nodes[source.node].held[source.output].clone();
         let inputs = self.state.linked(node);
         let task = Task {
@@ -279,17 +284,34 @@ impl Scheduler<'_> {
             cancel: self.order.cancel.clone(),
             cancelled_at: Arc::clone(&self.cancelled_at),
             check: self.order.checked.then(|| self.state.nodes[node].expected.clone()),
+            device: placed.device.clone(),
             sender: self.sender.clone(),
         };
         if !self.is_machinery(node) {
             let node_type = self.order.graph.nodes[node].ty.spec.id.to_owned();
-            self.emit(Event::NodeStarted { node: self.name(node), node_type, device: Device::Cpu });
+            self.emit(Event::NodeStarted { node: self.name(node), node_type, device: placed.device() });
         }
         self.state.nodes[node].status = Status::Busy;
         self.busy += 1;
         self.pending += 1;
         self.order.shared.spawn(move || task.run());
         false
+    }
+
+    /// Where a node runs. Tells once what there is to choose from.
+    fn place(&mut self, node: usize) -> Placed {
+        let graph_node = &self.order.graph.nodes[node];
+        let devices = &self.order.shared.devices;
+        if devices.asked(graph_node) && !std::mem::replace(&mut self.device_told, true) {
+            self.emit(Event::DeviceChosen { message: devices.describe() });
+        }
+        let size = |links: &[Source]| {
+            let known = links.iter().map(|source| self.state.output_record(*source).map(|record| record.bytes));
+            known.reduce(|a, b| Some(a?.saturating_add(b?))).flatten()
+        };
+        let sockets = graph_node.ty.spec.inputs.iter();
+        let inputs = sockets.zip(self.state.linked(node)).map(|(socket, links)| (socket.name, size(links)));
+        devices.place(graph_node, &Sizing { params: &graph_node.params, inputs: inputs.collect() })
     }
 
     fn found_after_all(&mut self, node: usize, key: &Key) -> bool {
@@ -342,7 +364,10 @@ impl Scheduler<'_> {
                     None => self.state.nodes[node].lost = true,
                 }
             }
-            Message::Ran { node, seconds, result } => {
+            Message::Warned { node, message } => {
+                self.emit(Event::Warning { node: Some(self.name(node)), message });
+            }
+            Message::Ran { node, seconds, device, result } => {
                 self.busy -= 1;
                 match result {
                     // The task goes on with writing, and is pending until that is done.
@@ -355,7 +380,7 @@ impl Scheduler<'_> {
                                 seconds,
                                 bytes: record.bytes(),
                                 summary: record.summary(),
-                                device: Device::Cpu,
+                                device,
                             });
                         }
                         if self.state.set_outputs(node, record, &values) {

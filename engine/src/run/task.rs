@@ -3,13 +3,16 @@
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::files::FileRead;
 use crate::cache::{Lookup, OutputRecord, Record};
+use crate::device::ComputeDevice;
 use crate::engine::Shared;
+use crate::events::Device;
 use crate::graph::Graph;
 use crate::keys::Key;
 use crate::node::{CancelToken, Context, NodeError};
@@ -30,7 +33,9 @@ pub(crate) enum Message {
     /// A value was read from disk, or could not be.
     Loaded { node: usize, output: usize, lookup: Lookup<Value> },
     /// A node computed, or failed.
-    Ran { node: usize, seconds: f64, result: Result<Outputs, NodeError> },
+    Ran { node: usize, seconds: f64, device: Device, result: Result<Outputs, NodeError> },
+    /// A node tells of something that does not stop it.
+    Warned { node: usize, message: String },
     /// A node's outputs were written to disk, or could not be.
     Stored { warning: Option<String> },
     /// A key that somebody else computed is there, or has to be computed after all.
@@ -50,6 +55,8 @@ pub(crate) struct Task {
     pub cancelled_at: Arc<OnceLock<Instant>>,
     /// In a checked run: what the cache holds, if anything.
     pub check: Option<Option<Arc<Record>>>,
+    /// The compute device, if the node is to run there.
+    pub device: Option<Arc<dyn ComputeDevice>>,
     pub sender: Sender<Message>,
 }
 
@@ -57,7 +64,9 @@ impl Task {
     /// Computes, keeps the outputs in the caches, and tells the run and all who wait.
     pub fn run(mut self) {
         let start = Instant::now();
-        let result = self.compute();
+        let used = AtomicBool::new(false);
+        let result = self.compute(&used);
+        let device = if used.into_inner() { Device::Gpu } else { Device::Cpu };
         let seconds = start.elapsed().as_secs_f64();
         // What is let go of before the run hears can be let go of by the memory cache as well.
         self.inputs.clear();
@@ -71,7 +80,7 @@ impl Task {
         }
         let outputs = result.as_ref().ok().cloned();
         // If the run has returned already, there is nobody to tell.
-        let _ = self.sender.send(Message::Ran { node: self.node, seconds, result });
+        let _ = self.sender.send(Message::Ran { node: self.node, seconds, device, result });
         if let Some((record, values)) = outputs {
             let warning = self.store(&record, &values);
             drop(values);
@@ -80,12 +89,12 @@ impl Task {
     }
 
     /// Runs the node, in a checked run twice if the cache holds nothing to compare with.
-    fn compute(&self) -> Result<Outputs, NodeError> {
-        let outputs = self.compute_once()?;
+    fn compute(&self, used: &AtomicBool) -> Result<Outputs, NodeError> {
+        let outputs = self.compute_once(used)?;
         let Some(expected) = &self.check else { return Ok(outputs) };
         let expected = match expected {
             Some(record) => Arc::clone(record),
-            None => self.compute_once()?.0,
+            None => self.compute_once(used)?.0,
         };
         let spec = &self.graph.nodes[self.node].ty.spec;
         let pairs = spec.outputs.iter().zip(expected.outputs.iter().zip(&outputs.0.outputs));
@@ -101,21 +110,24 @@ impl Task {
         Ok(outputs)
     }
 
-    fn compute_once(&self) -> Result<Outputs, NodeError> {
+    fn compute_once(&self, used: &AtomicBool) -> Result<Outputs, NodeError> {
         if self.cancel.is_cancelled() {
             return Err(NodeError::Cancelled);
         }
-        match catch_unwind(AssertUnwindSafe(|| self.compute_unguarded())) {
+        match catch_unwind(AssertUnwindSafe(|| self.compute_unguarded(used))) {
             Ok(result) => result,
             Err(panic) => Err(NodeError::Failed(format!("the node panicked: {}", panic_text(&*panic)))),
         }
     }
 
-    fn compute_unguarded(&self) -> Result<Outputs, NodeError> {
+    fn compute_unguarded(&self, used: &AtomicBool) -> Result<Outputs, NodeError> {
         let node = &self.graph.nodes[self.node];
         let spec = &node.ty.spec;
         let progress = Progress { last: Mutex::new((0.0, None)), task: self };
         let report = |fraction: f32| progress.report(fraction);
+        let warn = |message: String| {
+            let _ = self.sender.send(Message::Warned { node: self.node, message });
+        };
         let mut context = Context {
             inputs: spec.inputs.iter().map(|socket| socket.name).zip(self.inputs.iter().cloned()).collect(),
             params: node.params.clone(),
@@ -123,8 +135,13 @@ impl Task {
             outputs: BTreeMap::new(),
             cancel: &self.cancel,
             progress: &report,
+            device: self.device.clone(),
+            device_used: AtomicBool::new(false),
+            warn: &warn,
         };
-        node.ty.node.run(&mut context)?;
+        let ran = node.ty.node.run(&mut context);
+        used.fetch_or(context.device_used.load(Ordering::Relaxed), Ordering::Relaxed);
+        ran?;
         let mut set = context.outputs;
         let mut values = Vec::with_capacity(spec.outputs.len());
         for socket in &spec.outputs {

@@ -68,6 +68,7 @@ impl Node for MeasureQuality {
         let spec =
             NodeSpec::new("measure.quality", 3, "How well a solid resembles its exemplar, in numbers", DOCS)
                 .paper(PAPER)
+                .on_device()
                 .input("solid", SolidValue::TYPE, "What is measured.")
                 .input("exemplar", Image::TYPE, "The picture it should resemble, at least 16 × 16 pixels.");
         with_sampling(with_box(with_sockets(spec), 64))

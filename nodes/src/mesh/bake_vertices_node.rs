@@ -18,6 +18,7 @@ impl Node for BakeVertices {
             "An alternative to textures for finely tessellated meshes: each vertex asks the solid for the colour at \
              its position. Needs no UVs.",
         )
+        .on_device()
         .input("mesh", "mesh", "The mesh.")
         .input("solid", "solid", "What it is to be carved out of.")
         .output("mesh", "mesh", "The mesh with vertex colours.");

@@ -25,6 +25,7 @@ impl Node for ConstrainNode {
              `exact` is set.",
         )
         .memory_only()
+        .on_device()
         .input("field", "field", "The voxels.")
         .input("pyramid", "pyramid", "The exemplar's levels.")
         .input("paint", "solid", "The colours to keep.")

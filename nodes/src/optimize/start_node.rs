@@ -29,6 +29,7 @@ impl Node for StartNode {
              fit into memory is refused before anything is computed.",
         )
         .paper("Chen & Wang 2010, section 3, figure 2")
+        .on_device()
         .input("pyramid", "pyramid", "The exemplar's levels.")
         .optional("matches", "matches", "The matches of the next coarser level.")
         .optional("solid", "solid", "What to start from at the coarsest level, in place of random texels.")

@@ -27,6 +27,7 @@ impl Node for PackNode {
              neighbours, as long as they fit. `layered` completes layers before it begins new ones, as walls are built.",
         )
         .paper("Du et al. 2013, section 3.2, Algorithm 1")
+        .on_device()
         .input("particles", ParticleSet::TYPE, "The particles.")
         .input("neighbours", Neighbours::TYPE, "Their neighbour sets.")
         .optional("region", SolidValue::TYPE, "Where particles may be: white, nowhere black, in between with that probability; looked up at their centres.")

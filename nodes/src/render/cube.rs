@@ -19,6 +19,7 @@ impl Node for Cube {
              voxels that are seen. The front face is the first layer across z, x to the right and y down, as an \
              image viewer shows `volume[0]`; z leads away from the viewer.",
         )
+        .on_device()
         .input("solid", SolidValue::TYPE, "What is shown.")
         .output("image", Image::TYPE, "The picture.");
         let spec = with_box(spec, 64).float(

@@ -18,6 +18,7 @@ impl Node for Sheet {
             "For judging a solid by eye: the first layers of a cube across z, y and x, and the cut through its \
              centre across (1, 1, 1), each voxel a few pixels wide and nothing filtered.",
         )
+        .on_device()
         .input("solid", SolidValue::TYPE, "What is shown.")
         .output("image", Image::TYPE, "The sheet.");
         with_box(spec, 64).int("enlarge", 1..=16, 2, "pixels", "Edge of a voxel.")

@@ -19,6 +19,7 @@ impl Node for Translucent {
             "Shows particles in a matrix of glass, or without it. The front face is the first layer across z, x to the right and \
              y down; z leads away from the viewer.",
         )
+        .on_device()
         .input("solid", SolidValue::TYPE, "What is shown.")
         .optional("marked", SolidValue::TYPE, "White where voxels are opaque, such as particles.")
         .optional("inside", SolidValue::TYPE, "White where there is anything at all; without it in the whole box.")

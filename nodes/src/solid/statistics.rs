@@ -18,6 +18,7 @@ impl Node for Statistics {
             "For each channel of each map: mean, standard deviation, smallest and largest value (bytes count as 0 \
              to 255) and the entropy of the 256-bin histogram in bits.",
         )
+        .on_device()
         .input("solid", SolidValue::TYPE, "What is described.")
         .output("report", Report::TYPE, "Five rows a channel, such as `color.r mean`.");
         with_box(spec, 64)
