@@ -129,7 +129,8 @@ impl<'g> Batch<'g> {
         gpu.counters.busy_us.fetch_add(start.elapsed().as_micros() as u64, Ordering::Relaxed);
         match self.gpu.lost() {
             Some(reason) => Err(GpuError::Lost(reason)),
-            None => waited.map(|_| ()).map_err(|error| GpuError::Lost(error.to_string())),
+            // A submission that was refused cannot be waited for; the scope around knows why.
+            None => waited.map(|_| ()).map_err(|error| GpuError::Refused(error.to_string())),
         }
     }
 
@@ -202,7 +203,10 @@ impl<'g> Batch<'g> {
             let _ = sender.send(result);
         });
         let waited = gpu.device.poll(PollType::wait_indefinitely());
-        let lost = |what: String| GpuError::Lost(self.gpu.lost().unwrap_or(what));
+        let lost = |what: String| match self.gpu.lost() {
+            Some(reason) => GpuError::Lost(reason),
+            None => GpuError::Refused(what),
+        };
         waited.map_err(|error| lost(error.to_string()))?;
         match receiver.try_recv() {
             Ok(Ok(())) => {}

@@ -18,11 +18,13 @@ struct Outcome {
     warnings: Vec<String>,
 }
 
-fn run(name: &str, gpu: Option<Gpu>) -> Outcome {
+/// Runs a preset for some of its outputs, or for all.
+fn run(name: &str, gpu: Option<Gpu>, outputs: &[&str]) -> Outcome {
     let registry = Arc::new(breccia_nodes::registry());
     let graph = small(name, &registry);
     let names: Vec<_> = graph.outputs().map(|output| output.name.to_owned()).collect();
-    let names: Vec<_> = names.iter().map(String::as_str).collect();
+    let all: Vec<_> = names.iter().map(String::as_str).collect();
+    let names = if outputs.is_empty() { &all } else { outputs };
     let builder = Engine::builder().files(Arc::new(Builtin)).threads(2);
     let builder = match gpu {
         None => builder.device(DeviceChoice::Cpu),
@@ -33,7 +35,7 @@ fn run(name: &str, gpu: Option<Gpu>) -> Outcome {
     };
     let engine = builder.build(registry).unwrap();
     let (on_device, warnings) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
-    let result = engine.run(&Arc::new(graph), &names, &CancelToken::default(), &|event| match event {
+    let result = engine.run(&Arc::new(graph), names, &CancelToken::default(), &|event| match event {
         Event::NodeFinished { node, device: Device::Gpu, .. } => on_device.lock().unwrap().push(node.clone()),
         Event::Warning { message, .. } => warnings.lock().unwrap().push(message.clone()),
         _ => {}
@@ -55,8 +57,8 @@ fn device() -> Option<Gpu> {
 
 /// Runs a preset on both; says which nodes used the device.
 fn same(name: &str, gpu: Gpu) -> Outcome {
-    let there = run(name, Some(gpu));
-    let here = run(name, None);
+    let there = run(name, Some(gpu), &[]);
+    let here = run(name, None, &[]);
     assert!(here.on_device.is_empty());
     assert_eq!(there.outputs, here.outputs, "{name}");
     there
@@ -75,6 +77,8 @@ macro_rules! same_on_the_device {
         fn every_preset_is_compared() {
             let compared = [$($preset),*];
             let names: Vec<_> = breccia_graphs::presets().iter().map(|preset| preset.name).collect();
+            // A volume that is read from a file leaves a device nothing to do.
+            let names: Vec<_> = names.into_iter().filter(|name| *name != "compare_volume").collect();
             assert_eq!(names, compared);
         }
     };
@@ -87,7 +91,6 @@ same_on_the_device![
     on_the_device_pbr_mesh = "pbr_mesh",
     on_the_device_wood_views = "wood_views",
     on_the_device_cut_mesh = "cut_mesh",
-    on_the_device_compare_volume = "compare_volume",
     on_the_device_optimize_volume = "optimize_volume",
     on_the_device_optimize_painted = "optimize_painted",
     on_the_device_optimize_ablations = "optimize_ablations",
@@ -102,6 +105,10 @@ same_on_the_device![
 
 #[test]
 fn on_the_device_a_wrong_kernel_is_noticed() {
+    if device().is_none() {
+        return;
+    }
+    let right_volume = run("lazy_volume", None, &["volume"]).outputs;
     // Each with a mistake of the kind that slips in: ties to the last, a neighbour missed, a sum not rounded.
     for (kernel, right, wrong) in [
         (&kernels::CORRECT, "if c < least {\n                least = c;\n                best = p;", "if c <= least {\n                least = c;\n                best = p;"),
@@ -114,15 +121,15 @@ fn on_the_device_a_wrong_kernel_is_noticed() {
         assert_ne!(text, kernel.source, "the mistake in {} has no place", kernel.name);
         let settings = GpuSettings { texts: [(kernel.name, text)].into(), ..Default::default() };
         let Some(gpu) = testing::gpu(settings) else { return };
-        let there = run("lazy_volume", Some(gpu));
-        assert_ne!(there.outputs["volume"], run("lazy_volume", None).outputs["volume"], "{}: {wrong}", kernel.name);
+        let there = run("lazy_volume", Some(gpu), &["volume"]).outputs;
+        assert_ne!(there, right_volume, "{}: {wrong}", kernel.name);
     }
 }
 
 #[test]
 fn on_the_device_that_is_lost_half_way_the_run_goes_on() {
     let Some(gpu) = testing::gpu(GpuSettings::default()) else { return };
-    run("lazy_volume", Some(gpu.clone()));
+    run("lazy_volume", Some(gpu.clone()), &[]);
     let half = gpu.traffic().dispatches / 2;
     let Some(gpu) = testing::gpu(GpuSettings::default()) else { return };
     gpu.lose_after(half as u32);

@@ -97,11 +97,6 @@ fn a_volume_larger_than_memory_is_refused_by_name() {
 }
 
 #[test]
-fn a_device_that_is_not_there_is_refused() {
-    Place::new().run("lazy_volume", &["--device", "gpu"]).expect(2, &["no compute device"]);
-}
-
-#[test]
 fn sizes_of_memory_are_checked() {
     Place::new().run("lazy_volume", &["--memory", "much"]).expect(2, &["512M"]);
 }

@@ -79,11 +79,6 @@ fn completions_and_manual_are_made() {
 }
 
 #[test]
-fn devices_name_the_processor() {
-    assert!(Place::new().breccia(&["devices"]).stdout.starts_with("cpu"));
-}
-
-#[test]
 fn a_reader_that_leaves_early_is_no_error() {
     let place = Place::new();
     let mut child = place

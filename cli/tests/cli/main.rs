@@ -7,5 +7,6 @@ mod cancelling;
 mod comparing;
 mod describing;
 mod determinism;
+mod devices;
 mod support;
 mod writing;

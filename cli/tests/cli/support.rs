@@ -71,6 +71,14 @@ impl Place {
         command
     }
 
+    /// A command that finds no adapter, whatever the machine has.
+    pub fn without_adapters(&self, args: &[&str]) -> Command {
+        let mut command = self.command(args);
+        let nowhere = self.path("nowhere.json");
+        command.env("VK_ICD_FILENAMES", &nowhere).env("VK_DRIVER_FILES", nowhere);
+        command
+    }
+
     pub fn breccia(&self, args: &[&str]) -> Answer {
         Answer::from(self.command(args).output().unwrap())
     }
@@ -82,6 +90,7 @@ impl Place {
 }
 
 /// What the binary answered.
+#[derive(Debug)]
 pub struct Answer {
     pub code: Option<i32>,
     pub stdout: String,

@@ -43,6 +43,7 @@ const SMALL: &[(&str, &str, i64)] = &[
     ("mesh.bake", "texture_size", 64),
     ("render.mesh", "size", 96),
     ("render.translucent", "picture", 64),
+    ("render.translucent", "size", 16),
     ("particles.reconstruct", "most", 24),
     ("particles.reconstruct", "alignments", 1),
 ];
