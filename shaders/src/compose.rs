@@ -12,11 +12,11 @@ pub struct Composed {
     pub module: naga::Module,
 }
 
-/// Composes a kernel.
+/// Composes a kernel from its text, or another one that takes its place.
 ///
 /// # Errors
 /// What the compiler says, with the place.
-pub fn compose(kernel: &Kernel) -> Result<Composed, String> {
+pub fn compose(kernel: &Kernel, text: &str) -> Result<Composed, String> {
     // The composer leaves the checking to whoever takes the module.
     let mut composer = Composer::non_validating();
     for &(path, source) in MODULES {
@@ -26,7 +26,7 @@ pub fn compose(kernel: &Kernel) -> Result<Composed, String> {
         }
     }
     let descriptor =
-        NagaModuleDescriptor { source: kernel.source, file_path: kernel.name, ..Default::default() };
+        NagaModuleDescriptor { source: text, file_path: kernel.name, ..Default::default() };
     match composer.make_naga_module(descriptor) {
         Ok(module) => Ok(Composed { module }),
         Err(error) => Err(error.emit_to_string(&composer)),
@@ -78,11 +78,27 @@ impl Composed {
 
     /// Bytes of memory that a workgroup shares.
     pub fn shared_bytes(&self) -> u32 {
+        self.bytes_in(AddressSpace::WorkGroup)
+    }
+
+    /// Bytes of variables that each thread has: what registers must hold at most, unless the driver finds that not all live at
+    /// once.
+    pub fn thread_bytes(&self) -> u32 {
+        let Some(layouter) = self.layouter() else { return 0 };
+        let functions = self.module.functions.iter().map(|(_, function)| function);
+        let functions = functions.chain(self.module.entry_points.iter().map(|entry| &entry.function));
+        let locals = functions.flat_map(|function| function.local_variables.iter());
+        locals.map(|(_, local)| layouter[local.ty].size).sum::<u32>() + self.bytes_in(AddressSpace::Private)
+    }
+
+    fn bytes_in(&self, space: AddressSpace) -> u32 {
+        let Some(layouter) = self.layouter() else { return 0 };
+        let variables = self.module.global_variables.iter().filter(|(_, variable)| variable.space == space);
+        variables.map(|(_, variable)| layouter[variable.ty].size).sum()
+    }
+
+    fn layouter(&self) -> Option<naga::proc::Layouter> {
         let mut layouter = naga::proc::Layouter::default();
-        if layouter.update(self.module.to_ctx()).is_err() {
-            return 0;
-        }
-        let shared = self.module.global_variables.iter().filter(|(_, v)| v.space == AddressSpace::WorkGroup);
-        shared.map(|(_, variable)| layouter[variable.ty].size).sum()
+        layouter.update(self.module.to_ctx()).ok().map(|()| layouter)
     }
 }

@@ -1,7 +1,7 @@
 //! One adapter with its queue, its pipelines and its memory.
 
 use std::any::Any;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -31,11 +31,13 @@ pub struct GpuSettings {
     pub submission: Duration,
     /// A folder where compiled kernels are kept, where the driver offers them.
     pub pipeline_cache: Option<PathBuf>,
+    /// Texts to use in place of those of kernels, by name: for trying changes out.
+    pub texts: BTreeMap<&'static str, String>,
 }
 
 impl Default for GpuSettings {
     fn default() -> Self {
-        Self { adapter: None, memory: 2 << 30, submission: Duration::from_millis(50), pipeline_cache: None }
+        Self { adapter: None, memory: 2 << 30, submission: Duration::from_millis(50), pipeline_cache: None, texts: BTreeMap::new() }
     }
 }
 
@@ -60,6 +62,21 @@ pub struct Traffic {
     pub peak_memory: u64,
     /// Entries kept on the device.
     pub resident: u64,
+}
+
+impl Traffic {
+    /// What came since an earlier look; memory and entries as they are now.
+    pub fn since(&self, before: &Self) -> Self {
+        Self {
+            uploaded: self.uploaded - before.uploaded,
+            downloaded: self.downloaded - before.downloaded,
+            dispatches: self.dispatches - before.dispatches,
+            submissions: self.submissions - before.submissions,
+            busy_us: self.busy_us - before.busy_us,
+            download_us: self.download_us - before.download_us,
+            ..*self
+        }
+    }
 }
 
 /// A compute device. Cloning copies a pointer.
@@ -337,7 +354,8 @@ impl Gpu {
         if let Some(pipeline) = locked(&self.0.pipelines).get(kernel.name) {
             return Ok(Arc::clone(pipeline));
         }
-        let composed = compose(kernel).map_err(GpuError::Refused)?;
+        let text = self.0.settings.texts.get(kernel.name).map_or(kernel.source, String::as_str);
+        let composed = compose(kernel, text).map_err(GpuError::Refused)?;
         let device = &self.0.device;
         let module = device.create_shader_module(ShaderModuleDescriptor {
             label: Some(kernel.name),

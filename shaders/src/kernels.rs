@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn every_kernel_is_valid_and_binds_what_it_declares() {
         for kernel in ALL {
-            let composed = compose(kernel).unwrap_or_else(|error| panic!("{}: {error}", kernel.name));
+            let composed = compose(kernel, kernel.source).unwrap_or_else(|error| panic!("{}: {error}", kernel.name));
             Validator::new(ValidationFlags::all(), Capabilities::empty())
                 .validate(&composed.module)
                 .unwrap_or_else(|error| panic!("{}: {}", kernel.name, error.into_inner()));
@@ -102,7 +102,7 @@ mod tests {
     #[test]
     fn every_kernel_can_be_told_to_vulkan_metal_and_dx12() {
         for kernel in ALL {
-            let module = compose(kernel).unwrap().module;
+            let module = compose(kernel, kernel.source).unwrap().module;
             let info =
                 Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).unwrap();
             let told = std::panic::catch_unwind(|| {

@@ -1,69 +1,17 @@
 //! Every preset is valid, described, and gives all its outputs.
 
-use std::io;
+mod support;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use breccia_engine::{
-    CancelToken, Document, Engine, FileSource, Graph, ParamValue, Registry, Sink, parse_value,
-};
+use breccia_engine::{CancelToken, Document, Engine, Sink};
 
-struct Builtin;
-
-impl FileSource for Builtin {
-    fn read(&self, path: &str) -> io::Result<Arc<Vec<u8>>> {
-        let bytes = path.strip_prefix("builtin:").and_then(breccia_graphs::asset);
-        bytes.map(|bytes| Arc::new(bytes.to_vec())).ok_or_else(|| io::ErrorKind::NotFound.into())
-    }
-}
-
-fn graph(name: &str, registry: &Registry) -> Graph {
-    let preset = breccia_graphs::preset(name).unwrap();
-    let mut document = Document::parse(preset.ron).unwrap();
-    document.include(Path::new(""), &Builtin).unwrap();
-    Graph::new(&document, registry).unwrap()
-}
-
-/// Settings that make a preset fast, by type of node.
-const SMALL: &[(&str, &str, i64)] = &[
-    ("exemplar.make", "max_size", 32),
-    ("lazy.candidates", "strips", 8),
-    ("lazy.candidates", "best", 16),
-    ("lazy.usage", "rounds", 1),
-    ("lazy.usage", "size", 16),
-    ("solid.to_volume", "size", 16),
-    ("render.cube", "size", 16),
-    ("render.cube", "picture", 64),
-    ("render.sheet", "size", 16),
-    ("measure.quality", "size", 24),
-    ("measure.quality", "samples", 64),
-    ("measure.volume", "samples", 64),
-    ("solid.slice", "size", 24),
-    ("mesh.bake", "resolution", 24),
-    ("mesh.bake", "texture_size", 64),
-    ("render.mesh", "size", 96),
-    ("render.translucent", "picture", 64),
-    ("particles.reconstruct", "most", 24),
-    ("particles.reconstruct", "alignments", 1),
-];
+use support::{Builtin, graph, small};
 
 fn runs(name: &str) {
     let registry = Arc::new(breccia_nodes::registry());
-    let mut graph = graph(name, &registry);
-    // With groups the number of nodes depends on these.
-    for (param, value) in
-        [("levels", "2"), ("iterations", "(2, 1)"), ("window", "(5, 4)"), ("size", "(16, 20, 12)")]
-    {
-        if name.starts_with("optimize") || name.starts_with("kopf") {
-            graph.set(param, &parse_value(value).unwrap()).unwrap();
-        }
-    }
-    let nodes: Vec<_> = graph.nodes().map(|(node, spec)| (node.to_owned(), spec.id)).collect();
-    for (node, id) in nodes {
-        for (_, param, value) in SMALL.iter().filter(|small| small.0 == id) {
-            graph.set(&format!("{node}.{param}"), &ParamValue::Int(*value)).unwrap();
-        }
-    }
+    let graph = small(name, &registry);
     let outputs: Vec<_> = graph.outputs().map(|output| (output.name.to_owned(), output.ty)).collect();
     let names: Vec<_> = outputs.iter().map(|(name, _)| name.as_str()).collect();
     let engine = Engine::builder().files(Arc::new(Builtin)).build(Arc::clone(&registry)).unwrap();

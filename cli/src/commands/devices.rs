@@ -9,9 +9,6 @@ use crate::exit::{Code, Failure};
 use crate::folders;
 use crate::sizes::human;
 
-/// How long the test of a device takes.
-const TEST: Duration = Duration::from_secs(10);
-
 /// Say what computations run on, and test the compute device.
 ///
 /// Lists the processor and every adapter that can compute; `run --device gpu` takes the first. Then tests that one for about ten
@@ -21,6 +18,10 @@ pub struct Devices {
     /// Only list, do not test
     #[arg(long)]
     no_test: bool,
+
+    /// Seconds that the test may take; the more, the larger its cubes, up to 512³
+    #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u16).range(1..=3600))]
+    time: u16,
 }
 
 impl Devices {
@@ -43,11 +44,11 @@ impl Devices {
         if self.no_test {
             return Ok(());
         }
-        super::answer(&format!("test of {}, about {} s …\n", found[0].name, TEST.as_secs()))?;
+        super::answer(&format!("test of {}, about {} s …\n", found[0].name, self.time))?;
         let pipeline_cache = folders::default_cache().map(|folder| folder.join("pipelines"));
         let gpu = Gpu::open(GpuSettings { pipeline_cache, ..Default::default() })
             .map_err(|error| Failure::new(Code::Node, error.to_string()))?;
-        let test = self_test(&gpu, TEST).map_err(|error| Failure::new(Code::Node, error.to_string()))?;
+        let test = self_test(&gpu, Duration::from_secs(self.time.into())).map_err(|error| Failure::new(Code::Node, error.to_string()))?;
         super::answer(&outcome(&test))?;
         if test.different > 0 {
             return Err(Failure::new(
@@ -93,17 +94,31 @@ fn describe(adapter: &AdapterReport) -> String {
 
 fn outcome(test: &SelfTest) -> String {
     let rate = |bytes: f64| format!("{:.1} GB/s", bytes * 1e-9);
-    format!(
-        "     moves {} there and {} back\n     parity: {} random subsets and cubes, {} voxels, {} of them differ\n     \
-         {}³ voxels: {:.2} million a second there, {:.2} on CPU threads; {:.1} % of the time there went into reading back\n",
+    let mut out = format!(
+        "     moves {} there and {} back\n     parity: {} random subsets and {} tasks, {} voxels, {} of them differ\n",
         rate(test.upload),
         rate(test.download),
         test.subsets,
+        test.tasks.len(),
         test.voxels,
         test.different,
-        test.cube,
-        test.device * 1e-6,
-        test.cpu * 1e-6,
-        100.0 * test.transfer_share,
-    )
+    );
+    out.push_str(
+        "     task            device       cpu  reading back  dispatches      sent  received  device memory\n",
+    );
+    for task in &test.tasks {
+        let traffic = &task.traffic;
+        out.push_str(&format!(
+            "     {:12} {:>8.4} s {:>7.4} s  {:>10.1} %  {:>10} {:>9} {:>9}  {:>13}\n",
+            task.name,
+            task.device,
+            task.cpu,
+            traffic.download_us as f64 * 1e-4 / task.device,
+            traffic.dispatches,
+            human(traffic.uploaded),
+            human(traffic.downloaded),
+            human(traffic.peak_memory),
+        ));
+    }
+    out
 }

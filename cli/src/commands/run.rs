@@ -157,7 +157,7 @@ impl Run {
                 memory: self.device_memory,
                 submission: Duration::from_millis(self.device_slice.into()),
                 pipeline_cache: folders::default_cache().map(|folder| folder.join("pipelines")),
-                adapter: None,
+                ..Default::default()
             }))
             .cancel_grace(GRACE)
             .build(Arc::clone(registry))

@@ -132,5 +132,5 @@ fn an_unknown_output_is_an_error_with_a_suggestion() {
 fn there_is_no_gpu() {
     let registry = std::sync::Arc::new(crate::nodes::registry());
     let result = Engine::builder().device(DeviceChoice::Gpu).build(registry);
-    assert!(matches!(result, Err(EngineError::NoDevice)));
+    assert!(matches!(result, Err(EngineError::NoDevice(_))));
 }

@@ -8,6 +8,7 @@ mod documents;
 mod explaining;
 mod failing;
 mod nodes;
+mod placing;
 mod processes;
 mod sharing;
 mod support;

@@ -1,11 +1,13 @@
 //! Tiny node types.
 
-use std::sync::atomic::{AtomicI64, Ordering};
+use std::any::Any;
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::time::{Duration, Instant};
 
 use breccia_engine::flow::Flag;
 use breccia_engine::{
-    Context, Data, Digest, Node, NodeError, NodeSpec, ParamKind, ParamValue, Registry, TypeInfo,
+    ComputeDevice, Context, Data, DeviceProfile, Digest, Node, NodeError, NodeSpec, ParamKind, ParamValue, Registry,
+    Sizing, TypeInfo, Work,
 };
 
 /// A number, stored on disk.
@@ -50,6 +52,34 @@ impl Data for Opaque {
     }
 }
 
+/// A compute device that computes nothing, and may be lost while a node uses it.
+pub struct Pretended {
+    pub speedup: f64,
+    pub loses: bool,
+    pub lost: AtomicBool,
+}
+
+impl Pretended {
+    fn lose(&self) -> bool {
+        self.loses && !self.lost.swap(true, Ordering::Relaxed)
+    }
+}
+
+impl ComputeDevice for Pretended {
+    fn name(&self) -> String {
+        "pretended".to_owned()
+    }
+    fn profile(&self) -> DeviceProfile {
+        DeviceProfile { speedup: self.speedup, start: 0.01, bytes_per_second: 1e9 }
+    }
+    fn lost(&self) -> Option<String> {
+        self.lost.load(Ordering::Relaxed).then(|| "unplugged".to_owned())
+    }
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+}
+
 type Run = fn(&mut Context<'_>) -> Result<(), NodeError>;
 
 struct Tiny(fn() -> NodeSpec, Run);
@@ -60,6 +90,11 @@ impl Node for Tiny {
     }
     fn run(&self, context: &mut Context<'_>) -> Result<(), NodeError> {
         (self.1)(context)
+    }
+    /// A hundredth of a second for each of `value`, and a kilobyte; below zero not known.
+    fn work(&self, sizing: &Sizing<'_>) -> Option<Work> {
+        let value = sizing.int("value").filter(|&value| value >= 0)?;
+        Some(Work { seconds: value as f64 * 0.01, bytes: 1000 })
     }
 }
 
@@ -218,6 +253,20 @@ pub fn registry() -> Registry {
             },
             |c| {
                 c.set("out", Flag(input(c, "in")? < c.int("limit")?));
+                Ok(())
+            },
+        ),
+        Tiny(
+            || value(spec("test.anywhere").on_device()).output("out", "number", "It."),
+            |c| {
+                // What comes out must not depend on where it is computed; which device it was, the events tell.
+                if let Some(device) = c.device() {
+                    let pretended = device.as_any().downcast_ref::<Pretended>();
+                    if pretended.is_some_and(Pretended::lose) {
+                        c.warn("the device was lost, going on without");
+                    }
+                }
+                c.set("out", Number(c.int("value")?));
                 Ok(())
             },
         ),

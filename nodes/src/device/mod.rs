@@ -8,7 +8,7 @@ use std::sync::Arc;
 use breccia_engine::{ComputeDevice, DeviceProfile, OpenDevice};
 pub use breccia_shaders::{AdapterKind, AdapterReport, Gpu, GpuSettings, adapters};
 
-pub use self_test::{SelfTest, SelfTestError, self_test};
+pub use self_test::{SelfTest, SelfTestError, Task, self_test};
 
 /// A [`Gpu`] that an engine can hand to nodes.
 pub struct GpuDevice(pub Gpu);

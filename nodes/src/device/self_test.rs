@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use breccia_engine::Digest;
-use breccia_shaders::{Batch, Gpu, GpuError};
+use breccia_shaders::{Batch, Gpu, GpuError, Traffic};
 
 use crate::control::Control;
 use crate::data::{Image, Solid, SolidError, VoxelMap, VoxelSet};
@@ -27,14 +27,23 @@ pub struct SelfTest {
     pub voxels: u64,
     /// Voxels that differed.
     pub different: u64,
-    /// Voxels a second of a cube synthesised on CPU threads.
+    /// An oblique cut of 256² pixels, then cubes of growing size.
+    pub tasks: Vec<Task>,
+}
+
+/// What one request took.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Task {
+    /// What it was.
+    pub name: String,
+    /// Voxels that were asked for.
+    pub voxels: u64,
+    /// Seconds on CPU threads.
     pub cpu: f64,
-    /// Voxels a second of the same cube synthesised on the device.
+    /// Seconds on the device.
     pub device: f64,
-    /// The cube's edge.
-    pub cube: u32,
-    /// The share of the device's time that went into reading back.
-    pub transfer_share: f64,
+    /// What the device moved and did for it.
+    pub traffic: Traffic,
 }
 
 /// Why a self-test ended early.
@@ -79,24 +88,41 @@ pub fn self_test(gpu: &Gpu, time: Duration) -> Result<SelfTest, SelfTestError> {
         found.voxels += wanted.len() as u64;
         found.different += differing(&wanted, &there.0, &here.0);
     }
-    let mut cube = 16;
-    loop {
-        let wanted = VoxelSet::from_box([0; 3], [cube; 3]);
+    let mut measure = |name: String, wanted: VoxelSet| -> Result<f64, SelfTestError> {
         let before = gpu.traffic();
-        let (there, here) = both(&solid(u64::from(cube)), &wanted, gpu)?;
+        let (there, here) = both(&solid(wanted.len() as u64), &wanted, gpu)?;
         found.voxels += wanted.len() as u64;
         found.different += differing(&wanted, &there.0, &here.0);
-        let voxels = wanted.len() as f64;
-        (found.cube, found.device, found.cpu) = (cube, voxels / there.1, voxels / here.1);
-        let reading = (gpu.traffic().download_us - before.download_us) as f64 * 1e-6;
-        found.transfer_share = reading / there.1;
-        // The next cube takes up to eight times as long.
-        let next = 8.0 * (there.1 + here.1);
-        if cube >= 256 || start.elapsed().as_secs_f64() + next > time.as_secs_f64() {
-            return Ok(found);
-        }
-        cube *= 2;
+        found.tasks.push(Task {
+            name,
+            voxels: wanted.len() as u64,
+            cpu: here.1,
+            device: there.1,
+            traffic: gpu.traffic().since(&before),
+        });
+        Ok(there.1 + here.1)
+    };
+    // A small one first: the first task on a device compiles its kernels.
+    let mut cube = 16;
+    let mut last = measure(format!("{cube}³"), VoxelSet::from_box([0; 3], [cube; 3]))?;
+    // A cut depends on about as many voxels as two cubes of 48.
+    if start.elapsed().as_secs_f64() + 54.0 * last < time.as_secs_f64() {
+        measure("cut of 256²".to_owned(), oblique(256))?;
     }
+    // The next cube takes up to eight times as long.
+    while cube < 512 && start.elapsed().as_secs_f64() + 8.0 * last < time.as_secs_f64() {
+        cube *= 2;
+        last = measure(format!("{cube}³"), VoxelSet::from_box([0; 3], [cube; 3]))?;
+    }
+    Ok(found)
+}
+
+/// The voxels of a plane across (1, 2, 3), `size` pixels a side.
+fn oblique(size: i32) -> VoxelSet {
+    // Two directions at right angles to it and to each other, in voxels.
+    let (right, down) = ([0.894, -0.447, 0.0], [0.359, 0.717, -0.598]);
+    let pixels = (0..size).flat_map(|r| (0..size).map(move |c| [f64::from(c), f64::from(r)]));
+    pixels.map(|[c, r]| std::array::from_fn(|i| libm::floor(c * right[i] + r * down[i]) as i32)).collect()
 }
 
 /// Bytes a second to the device and back.

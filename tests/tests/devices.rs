@@ -1,0 +1,132 @@
+//! Every preset gives the same on the compute device as on CPU threads.
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, OnceLock};
+
+use breccia_engine::{CancelToken, ComputeDevice, Device, DeviceChoice, Digest, Engine, Event};
+use breccia_nodes::device::{Gpu, GpuDevice, GpuSettings};
+use breccia_shaders::{kernels, testing};
+
+use support::{Builtin, small};
+
+/// What a run gave, and which nodes used the device.
+struct Outcome {
+    outputs: BTreeMap<String, Digest>,
+    on_device: Vec<String>,
+    warnings: Vec<String>,
+}
+
+fn run(name: &str, gpu: Option<Gpu>) -> Outcome {
+    let registry = Arc::new(breccia_nodes::registry());
+    let graph = small(name, &registry);
+    let names: Vec<_> = graph.outputs().map(|output| output.name.to_owned()).collect();
+    let names: Vec<_> = names.iter().map(String::as_str).collect();
+    let builder = Engine::builder().files(Arc::new(Builtin)).threads(2);
+    let builder = match gpu {
+        None => builder.device(DeviceChoice::Cpu),
+        Some(gpu) => {
+            let device: Arc<dyn ComputeDevice> = Arc::new(GpuDevice(gpu));
+            builder.device(DeviceChoice::Gpu).compute(Box::new(move || Ok(Arc::clone(&device))))
+        }
+    };
+    let engine = builder.build(registry).unwrap();
+    let (on_device, warnings) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
+    let result = engine.run(&Arc::new(graph), &names, &CancelToken::default(), &|event| match event {
+        Event::NodeFinished { node, device: Device::Gpu, .. } => on_device.lock().unwrap().push(node.clone()),
+        Event::Warning { message, .. } => warnings.lock().unwrap().push(message.clone()),
+        _ => {}
+    });
+    let result = result.unwrap();
+    assert_eq!(result.failures, []);
+    Outcome {
+        outputs: result.outputs.iter().map(|(name, value)| (name.clone(), value.digest())).collect(),
+        on_device: on_device.into_inner().unwrap(),
+        warnings: warnings.into_inner().unwrap(),
+    }
+}
+
+/// One device for the tests of a process.
+fn device() -> Option<Gpu> {
+    static DEVICE: OnceLock<Option<Gpu>> = OnceLock::new();
+    DEVICE.get_or_init(|| testing::gpu(GpuSettings::default())).clone()
+}
+
+/// Runs a preset on both; says which nodes used the device.
+fn same(name: &str, gpu: Gpu) -> Outcome {
+    let there = run(name, Some(gpu));
+    let here = run(name, None);
+    assert!(here.on_device.is_empty());
+    assert_eq!(there.outputs, here.outputs, "{name}");
+    there
+}
+
+macro_rules! same_on_the_device {
+    ($($name:ident = $preset:literal),* $(,)?) => {
+        $(#[test] fn $name() {
+            let Some(gpu) = device() else { return };
+            let there = same($preset, gpu);
+            assert!(!there.on_device.is_empty(), "no node of {} uses the device", $preset);
+            assert_eq!(there.warnings, [""; 0]);
+        })*
+
+        #[test]
+        fn every_preset_is_compared() {
+            let compared = [$($preset),*];
+            let names: Vec<_> = breccia_graphs::presets().iter().map(|preset| preset.name).collect();
+            assert_eq!(names, compared);
+        }
+    };
+}
+
+same_on_the_device![
+    on_the_device_lazy_volume = "lazy_volume",
+    on_the_device_lazy_mesh = "lazy_mesh",
+    on_the_device_lazy_slice = "lazy_slice",
+    on_the_device_pbr_mesh = "pbr_mesh",
+    on_the_device_wood_views = "wood_views",
+    on_the_device_cut_mesh = "cut_mesh",
+    on_the_device_compare_volume = "compare_volume",
+    on_the_device_optimize_volume = "optimize_volume",
+    on_the_device_optimize_painted = "optimize_painted",
+    on_the_device_optimize_ablations = "optimize_ablations",
+    on_the_device_kopf_volume = "kopf_volume",
+    on_the_device_particles_volume = "particles_volume",
+    on_the_device_hybrid_mesh = "hybrid_mesh",
+    on_the_device_hybrid_slice = "hybrid_slice",
+    on_the_device_brick_wall = "brick_wall",
+    on_the_device_recolour = "recolour",
+    on_the_device_bent_bar = "bent_bar",
+];
+
+#[test]
+fn on_the_device_a_wrong_kernel_is_noticed() {
+    // Each with a mistake of the kind that slips in: ties to the last, a neighbour missed, a sum not rounded.
+    for (kernel, right, wrong) in [
+        (&kernels::CORRECT, "if c < least {\n                least = c;\n                best = p;", "if c <= least {\n                least = c;\n                best = p;"),
+        (&kernels::CORRECT, "let dv = i32(k / 5u) - 2;", "let dv = i32(k / 5u) - 1;"),
+        (&kernels::START, "(sum + (1 << 17u)) >> vec3<u32>(18u)", "sum >> vec3<u32>(18u)"),
+        (&kernels::UPSAMPLE, "(local[(e + 1u) % 3u] & 1)", "(local[(e + 2u) % 3u] & 1)"),
+        (&kernels::DILATE, "dy < 8", "dy < 6"),
+    ] {
+        let text = kernel.source.replace(right, wrong);
+        assert_ne!(text, kernel.source, "the mistake in {} has no place", kernel.name);
+        let settings = GpuSettings { texts: [(kernel.name, text)].into(), ..Default::default() };
+        let Some(gpu) = testing::gpu(settings) else { return };
+        let there = run("lazy_volume", Some(gpu));
+        assert_ne!(there.outputs["volume"], run("lazy_volume", None).outputs["volume"], "{}: {wrong}", kernel.name);
+    }
+}
+
+#[test]
+fn on_the_device_that_is_lost_half_way_the_run_goes_on() {
+    let Some(gpu) = testing::gpu(GpuSettings::default()) else { return };
+    run("lazy_volume", Some(gpu.clone()));
+    let half = gpu.traffic().dispatches / 2;
+    let Some(gpu) = testing::gpu(GpuSettings::default()) else { return };
+    gpu.lose_after(half as u32);
+    let there = same("lazy_volume", gpu.clone());
+    assert!(gpu.lost().is_some());
+    assert!(there.warnings.iter().any(|warning| warning.contains("lost")), "{:?}", there.warnings);
+}
