@@ -37,7 +37,13 @@ pub struct GpuSettings {
 
 impl Default for GpuSettings {
     fn default() -> Self {
-        Self { adapter: None, memory: 2 << 30, submission: Duration::from_millis(50), pipeline_cache: None, texts: BTreeMap::new() }
+        Self {
+            adapter: None,
+            memory: 2 << 30,
+            submission: Duration::from_millis(50),
+            pipeline_cache: None,
+            texts: BTreeMap::new(),
+        }
     }
 }
 

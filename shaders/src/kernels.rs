@@ -90,7 +90,8 @@ mod tests {
     #[test]
     fn every_kernel_is_valid_and_binds_what_it_declares() {
         for kernel in ALL {
-            let composed = compose(kernel, kernel.source).unwrap_or_else(|error| panic!("{}: {error}", kernel.name));
+            let composed =
+                compose(kernel, kernel.source).unwrap_or_else(|error| panic!("{}: {error}", kernel.name));
             Validator::new(ValidationFlags::all(), Capabilities::empty())
                 .validate(&composed.module)
                 .unwrap_or_else(|error| panic!("{}: {}", kernel.name, error.into_inner()));

@@ -227,8 +227,8 @@ impl Job<'_> {
 
         // Without an index histogram no phase depends on those before.
         let steady = settings.index == 0.0 && self.phi.is_none();
-        let spans: Vec<Range<usize>> =
-            if steady { vec![0..field.voxels()] } else { phases.ranges().collect() };
+        let all = std::iter::once(0..field.voxels());
+        let spans: Vec<Range<usize>> = if steady { all.collect() } else { phases.ranges().collect() };
         let longest = spans.iter().map(Range::len).max().unwrap_or(0);
         let of_voxel = (wanted.len() * patches.basis.dims * 2) as u64;
         let portion =

@@ -155,7 +155,8 @@ fn some_pyramid() -> impl Strategy<Value = Pyramid> {
                 [grey * 80, grey * 30, 200 - grey * 60, (hash(seed, 2, at(i)) % 2) as u8 * 9]
             };
             // None, some, most or all pixels.
-            let barred_at = |i: i32| [false, hash(seed, 3, at(i)) % 4 == 0, i != 40, true][barred as usize];
+            let barred_at =
+                |i: i32| [false, hash(seed, 3, at(i)).is_multiple_of(4), i != 40, true][barred as usize];
             LevelView {
                 width,
                 height,
