@@ -123,7 +123,7 @@ pub(crate) fn on_device<T>(
 pub(crate) mod testing {
     use std::sync::atomic::{AtomicU32, Ordering};
 
-    use breccia_shaders::{Gpu, GpuError, GpuSettings, testing};
+    use breccia_shaders::{Gpu, GpuError, GpuSettings, Kernel, testing};
     use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
     use super::Control;
@@ -141,6 +141,13 @@ pub(crate) mod testing {
         pub fn open(settings: GpuSettings) -> Option<Self> {
             let gpu = testing::gpu(settings)?;
             Some(Self { gpu, losses: AtomicU32::new(0), patience: AtomicU32::new(u32::MAX) })
+        }
+
+        /// The same with a mistake in a kernel: `wrong` where its text has `right`.
+        pub fn mistaken(kernel: &Kernel, right: &str, wrong: &str) -> Option<Self> {
+            let text = kernel.source.replace(right, wrong);
+            assert_ne!(text, kernel.source, "the mistake in {} has no place", kernel.name);
+            Self::open(GpuSettings { texts: [(kernel.name, text)].into(), ..Default::default() })
         }
 
         /// The same, cancelling after so many questions whether it does.

@@ -1,6 +1,6 @@
 //! Search and solve against plain tellings of the same, and properties of whole optimisations.
 
-use breccia_shaders::{GpuError, GpuSettings};
+use breccia_shaders::{GpuError, GpuSettings, kernels};
 use proptest::prelude::*;
 
 use super::matches as codes;
@@ -425,4 +425,24 @@ fn on_the_device_a_search_stops_when_it_is_told_to_or_has_no_room() {
     let Some(device) = OnDevice::open(GpuSettings { memory: 20_000, ..Default::default() }) else { return };
     let error = ask(&device).err();
     assert!(matches!(error, Some(Stopped::Device(GpuError::OutOfMemory(_)))), "{error:?}");
+}
+
+#[test]
+fn on_the_device_wrong_kernels_of_the_search_are_noticed() {
+    let scene = &scenes()[0];
+    // A rounding, a neighbour, ties to the last, a candidate more than there are.
+    for (kernel, right, wrong) in [
+        (&kernels::PROJECT, "sum >> vec4<u32>(10u)", "(sum + 512) >> vec4<u32>(10u)"),
+        (&kernels::PROJECT, "around(voxel[c], -params.lead", "around(voxel[c], 1 - params.lead"),
+        (&kernels::COHERENT, "abs(across) <= params.reach", "abs(across) < params.reach"),
+        (&kernels::EXHAUSTIVE, "i < centres", "i + 1u < centres"),
+    ] {
+        let Some(device) = OnDevice::mistaken(kernel, right, wrong) else { return };
+        let method = if kernel.name == "optimize/exhaustive" { Method::Exhaustive } else { Method::Coherent };
+        let ask = |control: &dyn Control| {
+            let settings = SearchSettings { index: 0.0, ..settings(method) };
+            search(&scene.field, &scene.patches, Some(&scene.sets), None, &settings, control).unwrap()
+        };
+        assert!(ask(&device) != ask(&()), "{}: {wrong}", kernel.name);
+    }
 }

@@ -2,11 +2,11 @@
 
 use std::sync::{Arc, OnceLock};
 
-use breccia_shaders::{GpuError, GpuSettings};
+use breccia_shaders::{GpuError, GpuSettings, kernels};
 use proptest::prelude::*;
 
-use crate::control::Stopped;
 use crate::control::testing::{OnDevice, cases};
+use crate::control::{Control, Stopped};
 use crate::data::{Solid, SolidError, VoxelSet};
 use crate::lazy::random::hash;
 use crate::lazy::tests::{Stages, exemplar_of, stages_with};
@@ -241,5 +241,24 @@ fn on_the_device_preparing_stops_when_it_is_told_to() {
         assert_eq!(sets.err(), Some(Stopped::Cancelled));
         let candidates = make_candidates(&pyramid, &CandidateSettings::default(), &other);
         assert_eq!(candidates.err(), Some(Stopped::Cancelled));
+    }
+}
+
+#[test]
+fn on_the_device_wrong_kernels_of_the_preparation_are_noticed() {
+    let (_, pyramid) = exemplar_of(32, 1, false);
+    let descriptors = make_descriptors(&pyramid, &[8]);
+    for (right, wrong) in
+        [(">= params.keep", ">= params.keep - 60u"), ("< params.size.w", "<= params.size.w")]
+    {
+        let Some(device) = OnDevice::mistaken(&kernels::SIMILAR, right, wrong) else { return };
+        let ask = |control: &dyn Control| similarity_sets(&pyramid, &descriptors, 3, control).unwrap();
+        assert!(ask(&device) != ask(&()), "{wrong}");
+    }
+    for (right, wrong) in [("< params.exclusion", "<= params.exclusion"), ("i < 5u", "i < 4u")] {
+        let Some(device) = OnDevice::mistaken(&kernels::TRIPLES, right, wrong) else { return };
+        let settings = CandidateSettings { iterations: 0, ..Default::default() };
+        let ask = |control: &dyn Control| make_candidates(&pyramid, &settings, control).unwrap();
+        assert!(ask(&device) != ask(&()), "{wrong}");
     }
 }
