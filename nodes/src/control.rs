@@ -62,3 +62,127 @@ impl From<Cancelled> for breccia_engine::NodeError {
 pub fn check(control: &dyn Control) -> Result<(), Cancelled> {
     if control.is_cancelled() { Err(Cancelled) } else { Ok(()) }
 }
+
+/// Why a computation that may use a compute device stopped.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Stopped {
+    /// The computation was cancelled.
+    #[error("cancelled")]
+    Cancelled,
+    /// The compute device could not do it.
+    #[error(transparent)]
+    Device(GpuError),
+}
+
+impl From<Cancelled> for Stopped {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+impl From<GpuError> for Stopped {
+    fn from(error: GpuError) -> Self {
+        match error {
+            GpuError::Cancelled => Self::Cancelled,
+            other => Self::Device(other),
+        }
+    }
+}
+
+impl From<Stopped> for breccia_engine::NodeError {
+    fn from(stopped: Stopped) -> Self {
+        match stopped {
+            Stopped::Cancelled => Self::Cancelled,
+            other => Self::failed(other),
+        }
+    }
+}
+
+/// What `work` makes on the compute device; `None` if there is none, or it is lost half-way, of which `control` hears: then the
+/// work is the processor's.
+///
+/// # Errors
+/// [`Stopped`], if the work was cancelled or the device refuses it.
+pub(crate) fn on_device<T>(
+    control: &dyn Control,
+    work: impl FnOnce(&Gpu) -> Result<T, GpuError>,
+) -> Result<Option<T>, Stopped> {
+    let Some(gpu) = control.gpu() else { return Ok(None) };
+    match gpu.scope(|| work(gpu)) {
+        Ok(made) => Ok(Some(made)),
+        Err(error @ GpuError::Lost(_)) => {
+            control.device_lost(&error);
+            Ok(None)
+        }
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Callers that have a device, for tests.
+#[cfg(test)]
+pub(crate) mod testing {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    use breccia_shaders::{Gpu, GpuError, GpuSettings, Kernel, testing};
+    use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+    use super::Control;
+
+    /// Whoever asks for work on a device.
+    pub struct OnDevice {
+        pub gpu: Gpu,
+        losses: AtomicU32,
+        /// Questions that are answered before the work is cancelled.
+        patience: AtomicU32,
+    }
+
+    impl OnDevice {
+        /// On the device that tests run on; `None` if there is none and the test is to be skipped.
+        pub fn open(settings: GpuSettings) -> Option<Self> {
+            let gpu = testing::gpu(settings)?;
+            Some(Self { gpu, losses: AtomicU32::new(0), patience: AtomicU32::new(u32::MAX) })
+        }
+
+        /// The same with a mistake in a kernel: `wrong` where its text has `right`.
+        pub fn mistaken(kernel: &Kernel, right: &str, wrong: &str) -> Option<Self> {
+            let text = kernel.source.replace(right, wrong);
+            assert_ne!(text, kernel.source, "the mistake in {} has no place", kernel.name);
+            Self::open(GpuSettings { texts: [(kernel.name, text)].into(), ..Default::default() })
+        }
+
+        /// The same, cancelling after so many questions whether it does.
+        pub fn patient(self, questions: u32) -> Self {
+            self.patience.store(questions, Ordering::Relaxed);
+            self
+        }
+
+        /// How often the device was lost.
+        pub fn losses(&self) -> u32 {
+            self.losses.load(Ordering::Relaxed)
+        }
+    }
+
+    impl Control for OnDevice {
+        fn gpu(&self) -> Option<&Gpu> {
+            Some(&self.gpu)
+        }
+
+        fn device_lost(&self, _: &GpuError) {
+            self.losses.fetch_add(1, Ordering::Relaxed);
+        }
+
+        fn is_cancelled(&self) -> bool {
+            if self.patience.load(Ordering::Relaxed) == u32::MAX {
+                return false;
+            }
+            let left = self.patience.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1));
+            left.is_err()
+        }
+    }
+
+    /// Runs a property on so many cases, always the same.
+    pub fn cases(count: u32) -> TestRunner {
+        let config = Config { cases: count, failure_persistence: None, ..Default::default() };
+        TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha))
+    }
+}

@@ -147,17 +147,34 @@ impl<'g> Batch<'g> {
         groups: Groups,
         cancelled: &dyn Fn() -> bool,
     ) -> Result<(), GpuError> {
+        self.dispatch_weighed(kernel, 1.0, params, buffers, groups, cancelled)
+    }
+
+    /// As [`Batch::dispatch_long`], for kernels whose workgroups do more in one call than in another: `work` is how much one does
+    /// here, in a unit of the kernel's own, so that the pace of one call foretells the next.
+    ///
+    /// # Errors
+    /// As [`Batch::dispatch_long`].
+    pub fn dispatch_weighed<P: bytemuck::NoUninit>(
+        &mut self,
+        kernel: &'static Kernel,
+        work: f64,
+        params: impl Fn(u32) -> P,
+        buffers: &[&Buffer],
+        groups: Groups,
+        cancelled: &dyn Fn() -> bool,
+    ) -> Result<(), GpuError> {
         self.finish()?;
         let mut first = 0;
         while first < groups.0 {
             if cancelled() {
                 return Err(GpuError::Cancelled);
             }
-            let portion = self.gpu.portion(kernel).min(groups.0 - first);
+            let portion = self.gpu.portion(kernel, work).min(groups.0 - first);
             self.dispatch(kernel, &params(first), buffers, Groups(portion))?;
             let start = Instant::now();
             self.finish()?;
-            self.gpu.note_pace(kernel, portion, start.elapsed().as_secs_f64());
+            self.gpu.note_pace(kernel, f64::from(portion) * work, start.elapsed().as_secs_f64());
             first += portion;
         }
         Ok(())

@@ -37,7 +37,13 @@ pub struct GpuSettings {
 
 impl Default for GpuSettings {
     fn default() -> Self {
-        Self { adapter: None, memory: 2 << 30, submission: Duration::from_millis(50), pipeline_cache: None, texts: BTreeMap::new() }
+        Self {
+            adapter: None,
+            memory: 2 << 30,
+            submission: Duration::from_millis(50),
+            pipeline_cache: None,
+            texts: BTreeMap::new(),
+        }
     }
 }
 
@@ -94,7 +100,7 @@ pub(crate) struct Inner {
     pipelines: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
     cache: Option<crate::pipelines::DiskPipelines>,
     lost: Arc<Mutex<Option<String>>>,
-    /// Workgroups a second, by kernel.
+    /// Work a second, by kernel; where callers do not weigh it, workgroups.
     pace: Mutex<HashMap<&'static str, f64>>,
     /// Dispatches until the device is given up, below zero for never.
     lose_after: AtomicI64,
@@ -404,17 +410,18 @@ impl Gpu {
         Ok(pipeline)
     }
 
-    /// Workgroups of a kernel that take about as long as a submission may.
-    pub(crate) fn portion(&self, kernel: &Kernel) -> u32 {
+    /// Workgroups of a kernel that take about as long as a submission may, if each does so much work.
+    pub(crate) fn portion(&self, kernel: &Kernel, work: f64) -> u32 {
         let pace = locked(&self.0.pace).get(kernel.name).copied();
-        let groups = pace.map_or(256.0, |pace| pace * self.0.settings.submission.as_secs_f64());
+        let groups =
+            pace.map_or(256.0, |pace| pace * self.0.settings.submission.as_secs_f64() / work.max(1e-6));
         groups.clamp(16.0, 4e9) as u32
     }
 
-    /// Takes note of how long some workgroups took.
-    pub(crate) fn note_pace(&self, kernel: &Kernel, groups: u32, seconds: f64) {
+    /// Takes note of how long some work took.
+    pub(crate) fn note_pace(&self, kernel: &Kernel, work: f64, seconds: f64) {
         // A submission of no work takes some time too, hence portions grow by steps.
-        let pace = f64::from(groups) / seconds.max(1e-6);
+        let pace = work / seconds.max(1e-6);
         let mut paces = locked(&self.0.pace);
         let known = paces.entry(kernel.name).or_insert(pace);
         *known = if pace < *known { pace } else { pace.min(*known * 2.0) };

@@ -23,6 +23,9 @@ pub(crate) const MODULES: &[(&str, &str)] = &[
     ("modules/random.wgsl", include_str!("../kernels/modules/random.wgsl")),
     ("modules/bricks.wgsl", include_str!("../kernels/modules/bricks.wgsl")),
     ("modules/level.wgsl", include_str!("../kernels/modules/level.wgsl")),
+    ("modules/box.wgsl", include_str!("../kernels/modules/box.wgsl")),
+    ("modules/matching.wgsl", include_str!("../kernels/modules/matching.wgsl")),
+    ("modules/nearest.wgsl", include_str!("../kernels/modules/nearest.wgsl")),
 ];
 
 kernels! {
@@ -58,6 +61,22 @@ kernels! {
     /// The states of some bricks, for the host.
     GATHER = "lazy/gather" mirrors "lazy::field::Field::of", 128,
         [uniform "params", read "slots", read "state", write "out"];
+    /// The triples of least crossbar error.
+    TRIPLES = "lazy/triples" mirrors "lazy::candidates::consistent_triples", 256,
+        [uniform "params", read "strips", read "centres", write "triples"];
+    /// The coefficients of the windows around voxels.
+    PROJECT = "search/project" mirrors "search::nearest::project", 64,
+        [uniform "params", read "basis", read "colors", read "list", write "queries"];
+    /// Similarity sets.
+    SIMILAR = "search/similar" mirrors "search::similar::similar_sets", 64,
+        [uniform "params", read "coefficients", read "centres", read "own", write "sets"];
+    /// The nearest neighbourhood among those that voxels propose.
+    COHERENT = "optimize/coherent" mirrors "optimize::coherence::matches", 64,
+        [uniform "params", read "coefficients", read "sets", read "weights", read "sources", read "list", read "queries",
+         write "found"];
+    /// The nearest of all neighbourhoods.
+    EXHAUSTIVE = "optimize/exhaustive" mirrors "search::nearest::PatchTable::nearest", 64,
+        [uniform "params", read "coefficients", read "weights", read "queries", write "found"];
 }
 
 #[cfg(test)]
@@ -71,7 +90,8 @@ mod tests {
     #[test]
     fn every_kernel_is_valid_and_binds_what_it_declares() {
         for kernel in ALL {
-            let composed = compose(kernel, kernel.source).unwrap_or_else(|error| panic!("{}: {error}", kernel.name));
+            let composed =
+                compose(kernel, kernel.source).unwrap_or_else(|error| panic!("{}: {error}", kernel.name));
             Validator::new(ValidationFlags::all(), Capabilities::empty())
                 .validate(&composed.module)
                 .unwrap_or_else(|error| panic!("{}: {}", kernel.name, error.into_inner()));

@@ -2,13 +2,15 @@
 //! cross (Dong et al. 2008, sections 4.1 and 4.2).
 
 use breccia_engine::{Context, Data, Digest, Node, NodeError, NodeSpec, Sizing};
+use breccia_shaders::GpuError;
 use rayon::prelude::*;
 
 use super::coherence::refine;
+use super::device::DeviceStrips;
 use super::nearest::{Table, smallest};
 use super::pyramid::{LevelView, N, Pixel, Pyramid, RADIUS};
 use super::similarity::apart;
-use crate::control::{Cancelled, Control, check};
+use crate::control::{Cancelled, Control, Stopped, check, on_device};
 use crate::data::{Reader, Writer};
 
 /// Largest number of triples kept a pixel.
@@ -68,7 +70,8 @@ pub struct ViewCandidates {
 
 /// Five pixels along a line, as bytes, padded to the width of a vector.
 pub(super) type Strip = [u8; 32];
-const STRIP: usize = 4 * N;
+/// Bytes of a strip.
+pub(super) const STRIP: usize = 4 * N;
 
 /// The pixels along the columns' axis (a piece of a row) around a centre.
 pub(super) fn row_strip(view: &LevelView, pixel: Pixel) -> Strip {
@@ -102,28 +105,65 @@ impl Strips {
     }
 }
 
-/// The candidates of every level and view.
+/// The candidates of every level and view. A compute device selects the same triples; the coherence iterations are the
+/// processor's.
 ///
 /// # Errors
-/// [`Cancelled`].
+/// [`Stopped`].
 pub fn make_candidates(
     pyramid: &Pyramid,
     settings: &CandidateSettings,
     control: &dyn Control,
-) -> Result<Candidates, Cancelled> {
+) -> Result<Candidates, Stopped> {
+    let on_cpu = |views: &[LevelView], strips: &[Strips], direction: usize, exclusion: i32| {
+        let strips_of = |direction: usize| &strips[(direction % 3).min(strips.len() - 1)];
+        let others = [strips_of(direction + 1), strips_of(direction + 2)];
+        consistent_triples(&views[direction], others, settings, exclusion, control)
+    };
+    let strips = |views: &[LevelView]| views.iter().map(Strips::of).collect::<Vec<_>>();
+    let found = on_device(control, |gpu| {
+        let stopped = |Cancelled| GpuError::Cancelled;
+        let on_device = |views: &[LevelView]| DeviceStrips::new(gpu, views);
+        levels_of(pyramid, settings, control, stopped, on_device, |views, on_device, direction, exclusion| {
+            match on_device.triples(gpu, &views[direction], direction, settings, exclusion, control)? {
+                Some(triples) => Ok(triples),
+                None => on_cpu(views, &strips(views), direction, exclusion).map_err(stopped),
+            }
+        })
+    })?;
+    match found {
+        Some(candidates) => Ok(candidates),
+        None => {
+            let prepare = |views: &[LevelView]| Ok(strips(views));
+            let triples = |views: &[LevelView], strips: &Vec<Strips>, direction, exclusion| {
+                on_cpu(views, strips, direction, exclusion)
+            };
+            Ok(levels_of(pyramid, settings, control, |stopped| stopped, prepare, triples)?)
+        }
+    }
+}
+
+/// The candidates of every level and view: `prepare` makes of a level's views what `triples` needs to make the triples of a
+/// direction with an exclusion.
+fn levels_of<S, E>(
+    pyramid: &Pyramid,
+    settings: &CandidateSettings,
+    control: &dyn Control,
+    stopped: impl Fn(Cancelled) -> E,
+    prepare: impl Fn(&[LevelView]) -> Result<S, E>,
+    triples: impl Fn(&[LevelView], &S, usize, i32) -> Result<Vec<Vec<Triple>>, E>,
+) -> Result<Candidates, E> {
     let total: usize = pyramid.levels.iter().flatten().map(|view| view.texels.len()).sum();
     let mut done = 0;
     let mut levels = Vec::new();
     for (level, views) in pyramid.levels.iter().enumerate() {
-        let strips: Vec<Strips> = views.iter().map(Strips::of).collect();
-        let strips_of = |direction: usize| &strips[(direction % 3).min(strips.len() - 1)];
+        let prepared = prepare(views)?;
         let mut of_level = Vec::new();
         for (direction, view) in views.iter().enumerate() {
-            let others = [strips_of(direction + 1), strips_of(direction + 2)];
             let exclusion = if views.len() == 1 { settings.exclusion } else { 0 };
-            let sets = consistent_triples(view, others, settings, exclusion, control)?;
+            let sets = triples(views, &prepared, direction, exclusion)?;
             let sizes = [pyramid.view(level, (direction + 1) % 3), pyramid.view(level, (direction + 2) % 3)];
-            of_level.push(refine(view, sizes, sets, settings, control)?);
+            of_level.push(refine(view, sizes, sets, settings, control).map_err(&stopped)?);
             done += view.texels.len();
             control.progress(done as f32 / total as f32);
         }
@@ -246,6 +286,7 @@ impl Node for CandidatesNode {
              pixels.",
         )
         .paper("Dong et al. 2008, sections 4.1 and 4.2")
+        .on_device()
         .input("pyramid", "pyramid", "The exemplar pyramid.")
         .output("candidates", "candidates", "The triples.")
         .int("strips", 1..=256, 65, "count", "Most similar strips taken from each other exemplar (S).")

@@ -2,14 +2,16 @@
 //! Tong et al. 2002; the 2D candidates of Dong et al. 2008, section 5.1).
 
 use breccia_engine::{Context, Data, Digest, Node, NodeError, NodeSpec, Sizing};
+use breccia_shaders::{Gpu, GpuError};
 use rayon::prelude::*;
 
 use super::basis::{DIMS, Descriptor};
 use super::descriptors::Descriptors;
 use super::nearest::{Table, smallest};
 use super::pyramid::{LevelView, Pixel, Pyramid};
-use crate::control::{Cancelled, Control, check};
+use crate::control::{Cancelled, Control, Stopped, check, on_device};
 use crate::data::{Reader, Writer};
+use crate::search::SimilarityJob;
 
 /// Pixels in a similarity set, the pixel itself first.
 pub const SET: usize = 4;
@@ -23,22 +25,72 @@ pub struct Similarity {
 
 /// The exact similarity sets by descriptor distance. Members lie at least `spread` pixels apart from each
 /// other along x or y, so that they are different places rather than neighbours; ties go to the first pixel.
+/// A compute device finds the same.
 ///
 /// # Errors
-/// [`Cancelled`].
+/// [`Stopped`].
 pub fn similarity_sets(
     pyramid: &Pyramid,
     descriptors: &Descriptors,
     spread: i32,
     control: &dyn Control,
-) -> Result<Similarity, Cancelled> {
-    let mut levels = Vec::new();
-    for (views, level) in pyramid.levels.iter().zip(&descriptors.levels) {
-        let sets =
-            views.iter().zip(&level.descriptors).map(|(view, table)| view_sets(view, table, spread, control));
-        levels.push(sets.collect::<Result<_, _>>()?);
+) -> Result<Similarity, Stopped> {
+    let found = on_device(control, |gpu| {
+        levels_of(pyramid, descriptors, |view, table| view_sets_on(gpu, view, table, spread, control))
+    })?;
+    match found {
+        Some(levels) => Ok(Similarity { levels }),
+        None => {
+            let sets = |view: &LevelView, table: &[Descriptor]| view_sets(view, table, spread, control);
+            Ok(Similarity { levels: levels_of::<Cancelled>(pyramid, descriptors, sets)? })
+        }
     }
-    Ok(Similarity { levels })
+}
+
+/// The sets of every pixel of a view.
+type Sets = Vec<[Pixel; SET]>;
+
+/// What `of` makes of the views of every level.
+fn levels_of<E>(
+    pyramid: &Pyramid,
+    descriptors: &Descriptors,
+    mut of: impl FnMut(&LevelView, &[Descriptor]) -> Result<Sets, E>,
+) -> Result<Vec<Vec<Sets>>, E> {
+    let levels = pyramid.levels.iter().zip(&descriptors.levels);
+    let level = levels.map(|(views, level)| {
+        views.iter().zip(&level.descriptors).map(|(view, table)| of(view, table)).collect()
+    });
+    level.collect()
+}
+
+/// Enough of the nearest that some are left when those too close to each other are passed over.
+const KEEP: usize = 64;
+
+fn view_sets_on(
+    gpu: &Gpu,
+    view: &LevelView,
+    table: &[Descriptor],
+    spread: i32,
+    control: &dyn Control,
+) -> Result<Sets, GpuError> {
+    let coefficients: Vec<i16> = table.as_flattened().iter().map(|&d| d.into()).collect();
+    let places = (0..view.height).flat_map(|y| (0..view.width).map(move |x| view.pixel(x, y)));
+    let own: Vec<(Pixel, bool)> = places.map(|pixel| (pixel, view.is_free(pixel))).collect();
+    let job = SimilarityJob {
+        size: [view.width, view.height],
+        tileable: view.tileable,
+        coefficients: &coefficients,
+        dims: DIMS,
+        centres: &view.centres(),
+        own: &own,
+        members: SET,
+        spread,
+        keep: KEEP,
+    };
+    let found = job.run(gpu, control)?;
+    let sets = found.as_chunks::<SET>().0.iter().zip(&own);
+    // The first is left out where nothing was found: the pixel itself then.
+    Ok(sets.map(|(set, &(own, _))| set.map(|member| member.or(set[0]).unwrap_or(own))).collect())
 }
 
 fn view_sets(
@@ -46,11 +98,10 @@ fn view_sets(
     table: &[Descriptor],
     spread: i32,
     control: &dyn Control,
-) -> Result<Vec<[Pixel; SET]>, Cancelled> {
+) -> Result<Sets, Cancelled> {
     let centres = view.centres();
     let candidates = Table::new(centres.iter().map(|&p| table[view.index(p)]), DIMS);
-    // Enough of the nearest that some are left when those too close to each other are passed over.
-    let keep = 64.min(centres.len());
+    let keep = KEEP.min(centres.len());
     let rows: Vec<Vec<[Pixel; SET]>> = (0..view.height)
         .into_par_iter()
         .map(|y| {
@@ -140,6 +191,7 @@ impl Node for SimilarityNode {
              found exactly. Synthesis uses the first of them, by level.",
         )
         .paper("Dong et al. 2008, section 5.1; k-coherence after Tong et al. 2002")
+        .on_device()
         .input("pyramid", "pyramid", "The exemplar pyramid.")
         .input("descriptors", "descriptors", "Its descriptors.")
         .output("similarity", "similarity", "The similarity sets.")

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::data::{BRICK_VOXELS, Image, Samples, Solid, VoxelMap, VoxelSet, local_index};
-use crate::exemplar::{MakeSettings, make_exemplar};
+use crate::exemplar::{Exemplar, MakeSettings, make_exemplar};
 
 /// Cells around scattered points with dark borders, the same for every caller.
 fn picture(side: u32) -> Image {
@@ -24,7 +24,7 @@ fn picture(side: u32) -> Image {
 }
 
 pub(super) struct Stages {
-    exemplar: crate::exemplar::Exemplar,
+    exemplar: Exemplar,
     tables: Arc<Tables>,
     initial: Initial,
 }
@@ -33,10 +33,15 @@ fn stages(side: u32, levels: usize, tileable: bool) -> Stages {
     stages_with(side, levels, tileable, &[12, 16])
 }
 
-pub(super) fn stages_with(side: u32, levels: usize, tileable: bool, dims: &[i64]) -> Stages {
+pub(super) fn exemplar_of(side: u32, levels: usize, tileable: bool) -> (Exemplar, Pyramid) {
     let make = MakeSettings { tileable, ..Default::default() };
     let exemplar = make_exemplar(&picture(side), None, None, &[], &make).expect("an exemplar");
     let pyramid = Pyramid::new(&exemplar, levels).expect("a pyramid");
+    (exemplar, pyramid)
+}
+
+pub(super) fn stages_with(side: u32, levels: usize, tileable: bool, dims: &[i64]) -> Stages {
+    let (exemplar, pyramid) = exemplar_of(side, levels, tileable);
     let descriptors = make_descriptors(&pyramid, dims);
     let similarity = similarity_sets(&pyramid, &descriptors, 3, &()).expect("sets");
     let candidates = make_candidates(&pyramid, &CandidateSettings::default(), &()).expect("candidates");
@@ -233,7 +238,7 @@ fn stages_survive_the_disk_cache() {
     assert!(Candidates::decode(&bytes[..bytes.len() - 1]).is_err());
     assert_eq!(Candidates::decode(&bytes), Ok(candidates));
     assert_eq!(Initial::decode(&slab.encode().expect("bytes")), Ok(slab));
-    assert_eq!(crate::exemplar::Exemplar::decode(&exemplar.encode().expect("bytes")), Ok(exemplar));
+    assert_eq!(Exemplar::decode(&exemplar.encode().expect("bytes")), Ok(exemplar));
 }
 
 #[test]

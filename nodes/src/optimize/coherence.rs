@@ -72,8 +72,18 @@ impl Candidates {
         known
     }
 
+    /// Pixels in a set.
+    pub fn members(&self) -> usize {
+        self.k
+    }
+
+    /// The sets, each in [`Candidates::stride`] places.
+    pub fn sets(&self) -> &[u16] {
+        &self.sets
+    }
+
     /// Room for a set: whole fours, so that copying them needs no loop.
-    fn stride(&self) -> usize {
+    pub fn stride(&self) -> usize {
         self.k.next_multiple_of(4)
     }
 }

@@ -13,6 +13,7 @@
 mod coherence;
 mod constrain_node;
 mod control_map;
+mod device;
 mod field;
 mod histogram;
 mod matches;

@@ -1,6 +1,8 @@
 //! The order in which voxels are updated: 64 phases by a hash of their place, so that histograms are brought up to date between
 //! voxels that lie anywhere. Longer runs of one phase would show as streaks, since all of them see the same histograms.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::lazy::random::hash;
@@ -62,7 +64,17 @@ impl Phases {
 
     /// The voxels of each phase.
     pub fn iter(&self) -> impl Iterator<Item = &[u32]> {
-        self.starts.windows(2).map(|ends| &self.voxels[ends[0]..ends[1]])
+        self.ranges().map(|range| &self.voxels[range])
+    }
+
+    /// All voxels, phase by phase.
+    pub fn voxels(&self) -> &[u32] {
+        &self.voxels
+    }
+
+    /// Where among [`Phases::voxels`] each phase lies.
+    pub fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
+        self.starts.windows(2).map(|ends| ends[0]..ends[1])
     }
 }
 

@@ -4,10 +4,11 @@ use rayon::prelude::*;
 
 use super::coherence::{Candidates, Direction, Match, Scratch, Voxel, match_voxels};
 use super::control_map::ControlMap;
+use super::device::Job;
 use super::field::Field;
 use super::matches::{DirectionMatches, Matches};
 use super::phases::{Around, PHASES, PORTION, Phases};
-use crate::control::{Cancelled, Control, check};
+use crate::control::{Cancelled, Control, Stopped, check, on_device};
 use crate::lazy::{Isa, Pixel, available_instruction_sets};
 use crate::search::{Patches, SimilarSets};
 
@@ -37,13 +38,14 @@ pub struct SearchSettings {
     pub sweep: u32,
 }
 
-const PURPOSE: u32 = 0x5ea7_c401;
+pub(super) const PURPOSE: u32 = 0x5ea7_c401;
 
 /// For each voxel and direction the nearest neighbourhood of the exemplar. The distance is multiplied by
 /// `1 + index · max(0, H/φ − 1)` (equations 5 and 6, with H relative to the even share φ, so that one strength suits all sizes).
+/// A compute device finds the same.
 ///
 /// # Errors
-/// [`Cancelled`].
+/// [`Stopped`].
 pub fn search(
     field: &Field,
     patches: &Patches,
@@ -51,9 +53,15 @@ pub fn search(
     phi: Option<&ControlMap>,
     settings: &SearchSettings,
     control: &dyn Control,
-) -> Result<Matches, Cancelled> {
+) -> Result<Matches, Stopped> {
+    let job = Job { field, patches, sets, phi, settings };
+    if job.fits()
+        && let Some(matches) = on_device(control, |gpu| job.run(gpu, control))?
+    {
+        return Ok(matches);
+    }
     let isa = available_instruction_sets().last().copied().unwrap_or(Isa::Portable);
-    search_with(isa, field, patches, sets, phi, settings, control)
+    Ok(search_with(isa, field, patches, sets, phi, settings, control)?)
 }
 
 pub(super) fn search_with(
@@ -140,7 +148,7 @@ pub(super) fn search_with(
 }
 
 /// How often each pixel has been matched: in this sweep so far, and for the rest as in the last one.
-struct IndexUsage<'a> {
+pub(super) struct IndexUsage<'a> {
     before: &'a [Vec<u32>],
     now: Vec<Vec<u32>>,
     done: Vec<u64>,
@@ -150,7 +158,8 @@ struct IndexUsage<'a> {
 }
 
 impl<'a> IndexUsage<'a> {
-    fn new(field: &'a Field, patches: &Patches, settings: &SearchSettings) -> Self {
+    /// Before the first phase.
+    pub fn new(field: &'a Field, patches: &Patches, settings: &SearchSettings) -> Self {
         let views = patches.views.len();
         let mut total = vec![0; views];
         for (direction, _) in settings.directions.iter().enumerate().filter(|(_, wanted)| **wanted) {
@@ -173,14 +182,15 @@ impl<'a> IndexUsage<'a> {
         }
     }
 
-    fn add(&mut self, view: usize, pixel: Pixel) {
+    /// Counts a match.
+    pub fn add(&mut self, view: usize, pixel: Pixel) {
         let width = self.widths[view] as usize;
         self.now[view][usize::from(pixel >> 8) * width + usize::from(pixel & 255)] += 1;
         self.done[view] += 1;
     }
 
     /// For each view and pixel how much farther it counts, times 256.
-    fn weights(&self, phi: Option<&ControlMap>, strength: f64) -> Vec<Vec<u32>> {
+    pub fn weights(&self, phi: Option<&ControlMap>, strength: f64) -> Vec<Vec<u32>> {
         let weigh = |view: usize| {
             let rest = 1.0 - self.done[view] as f64 / self.total[view].max(1) as f64;
             let before: &[u32] = self.before.get(view).map_or(&[], |before| before);

@@ -23,6 +23,7 @@ impl Node for SearchNode {
              neighbourhoods that are matched more often than an even share count as farther away.",
         )
         .paper("Chen & Wang 2010, sections 4.3 and 4.4.2, equations 5 and 6")
+        .on_device()
         .input("field", "field", "The voxels.")
         .input("patches", "patches", "The exemplar's neighbourhoods at the same level.")
         .optional("similar", "similar_sets", "Their similarity sets; without them each voxel proposes what continues it alone.")

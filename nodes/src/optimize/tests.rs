@@ -1,9 +1,14 @@
 //! Search and solve against plain tellings of the same, and properties of whole optimisations.
 
+use breccia_shaders::{GpuError, GpuSettings, kernels};
+use proptest::prelude::*;
+
 use super::matches as codes;
 use super::search::search_with;
 use super::solve::solve_with;
 use super::*;
+use crate::control::testing::{OnDevice, cases};
+use crate::control::{Control, Stopped};
 use crate::data::{Image, Samples};
 use crate::lazy::random::hash;
 use crate::lazy::{LevelView, Pixel, Pyramid, available_instruction_sets};
@@ -23,6 +28,7 @@ fn view(width: i32, height: i32, tileable: bool, seed: u64) -> LevelView {
     LevelView { width, height, tileable, texels, barred: Vec::new() }
 }
 
+#[derive(Debug)]
 struct Scene {
     pyramid: Pyramid,
     patches: Patches,
@@ -193,6 +199,25 @@ fn colours_are_the_mean_of_what_overlaps_or_the_texel_nearest_to_it() {
 }
 
 #[test]
+fn small_windows_are_solved_in_any_directions() {
+    for (window, directions) in
+        [(1, [true; 3]), (1, [true, false, true]), (2, [false, true, true]), (2, [true; 3])]
+    {
+        let scene = scene(vec![view(12, 10, true, 1)], window, [5, 4, 3]);
+        let set = SearchSettings { directions, ..settings(Method::Exhaustive) };
+        let matches = search(&scene.field, &scene.patches, None, None, &set, &()).unwrap();
+        let views = &scene.pyramid.levels[0];
+        let field = solve(&matches, views, None, None, &solving(Solver::Discrete), &()).unwrap();
+        let level = &views[0];
+        let pairs = field.colors.iter().zip(&field.sources[0]);
+        assert!(
+            pairs.into_iter().all(|(c, &s)| *c == level.texels[level.index(s)]),
+            "{window}, {directions:?}"
+        );
+    }
+}
+
+#[test]
 fn instruction_sets_and_threads_do_not_show() {
     let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let (one, three) = (pool(1), pool(3));
@@ -303,4 +328,121 @@ fn directions_that_are_not_matched_do_not_count() {
     // Every colour is one of the exemplar's.
     let level = &scene.pyramid.levels[0][0];
     assert!(field.colors.iter().zip(&field.sources[0]).all(|(c, &s)| *c == level.texels[level.index(s)]));
+}
+
+/// Views that differ in size, window, edges and number, with the field's box.
+fn some_scene() -> impl Strategy<Value = Scene> {
+    let side = || 9..30i32;
+    let one = (side(), side(), any::<bool>(), 0..50u64);
+    let views = prop_oneof![prop::collection::vec(one.clone(), 1), prop::collection::vec(one, 3)];
+    let size = [1usize..10, 1usize..10, 1usize..10];
+    (views, 1..9i32, size).prop_map(|(views, window, size)| {
+        let views =
+            views.into_iter().map(|(width, height, tileable, seed)| view(width, height, tileable, seed));
+        scene(views.collect(), window, size)
+    })
+}
+
+fn some_search() -> impl Strategy<Value = SearchSettings> {
+    let method = prop_oneof![Just(Method::Coherent), Just(Method::Exhaustive)];
+    let index = prop_oneof![Just(0.0), Just(1000.0), 0.0..20.0];
+    let directions = (1..8u8).prop_map(|bits| [0, 1, 2].map(|d| bits >> d & 1 == 1));
+    (method, 0..4i32, index, directions, any::<u64>(), 0..9u32).prop_map(
+        |(method, reach, index, directions, seed, sweep)| SearchSettings {
+            method,
+            reach,
+            index,
+            directions,
+            seed,
+            sweep,
+        },
+    )
+}
+
+#[test]
+fn on_the_device_searches_find_the_same() {
+    let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
+    let map = Image::from_fn(16, 16, |x, y| [(x * 16 + y) as u8]);
+    let search_cases = (some_scene(), some_search(), any::<bool>(), any::<bool>());
+    let result = cases(60).run(&search_cases, |(scene, settings, with_sets, with_map)| {
+        let sets = with_sets.then_some(&scene.sets);
+        let map = with_map.then(|| ControlMap::new(&map, &scene.pyramid, 0).unwrap());
+        let ask = |field: &Field, control: &dyn Control| {
+            search(field, &scene.patches, sets, map.as_ref(), &settings, control).unwrap()
+        };
+        let on_cpu = ask(&scene.field, &());
+        prop_assert!(ask(&scene.field, &device) == on_cpu);
+        // Once more where histograms and sources are those of a sweep.
+        let views = &scene.pyramid.levels[0];
+        let field = solve(&on_cpu, views, Some(&scene.field), None, &solving(Solver::Discrete), &()).unwrap();
+        prop_assert!(ask(&field, &device) == ask(&field, &()));
+        Ok(())
+    });
+    result.unwrap();
+    assert_eq!(device.losses(), 0);
+}
+
+#[test]
+fn on_the_device_costs_of_more_than_32_bits_are_compared_whole() {
+    let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
+    // Coefficients as far apart as they get: squared distances go around 32 bits, costs up to 56.
+    let mut scene = scene(vec![view(24, 20, true, 1)], 5, [7, 6, 5]);
+    let all = scene.patches.views[0].table.iter_mut().zip(0..);
+    all.for_each(|(value, i)| *value = if hash(9, 1, [i, 0, 0]) & 1 == 0 { -8192 } else { 8191 });
+    for method in [Method::Coherent, Method::Exhaustive] {
+        let settings = SearchSettings { index: 1e6, ..settings(method) };
+        let ask = |control: &dyn Control| {
+            search(&scene.field, &scene.patches, Some(&scene.sets), None, &settings, control).unwrap()
+        };
+        assert!(ask(&device) == ask(&()), "{method:?}");
+    }
+}
+
+#[test]
+fn on_the_device_that_is_lost_the_processor_searches() {
+    for dispatches in [0, 3, 40] {
+        let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
+        device.gpu.lose_after(dispatches);
+        let scene = &scenes()[0];
+        let ask = |control: &dyn Control| {
+            search(&scene.field, &scene.patches, None, None, &settings(Method::Coherent), control).unwrap()
+        };
+        assert!(ask(&device) == ask(&()));
+        assert_eq!(device.losses(), 1, "after {dispatches} dispatches");
+    }
+}
+
+#[test]
+fn on_the_device_a_search_stops_when_it_is_told_to_or_has_no_room() {
+    let scene = &scenes()[0];
+    let ask = |control: &dyn Control| {
+        search(&scene.field, &scene.patches, None, None, &settings(Method::Coherent), control)
+    };
+    for questions in [0, 1, 7] {
+        let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
+        assert_eq!(ask(&device.patient(questions)).err(), Some(Stopped::Cancelled));
+    }
+    let Some(device) = OnDevice::open(GpuSettings { memory: 20_000, ..Default::default() }) else { return };
+    let error = ask(&device).err();
+    assert!(matches!(error, Some(Stopped::Device(GpuError::OutOfMemory(_)))), "{error:?}");
+}
+
+#[test]
+fn on_the_device_wrong_kernels_of_the_search_are_noticed() {
+    let scene = &scenes()[0];
+    // A rounding, a neighbour, ties to the last, a candidate more than there are.
+    for (kernel, right, wrong) in [
+        (&kernels::PROJECT, "sum >> vec4<u32>(10u)", "(sum + 512) >> vec4<u32>(10u)"),
+        (&kernels::PROJECT, "around(voxel[c], -params.lead", "around(voxel[c], 1 - params.lead"),
+        (&kernels::COHERENT, "abs(across) <= params.reach", "abs(across) < params.reach"),
+        (&kernels::EXHAUSTIVE, "i < centres", "i + 1u < centres"),
+    ] {
+        let Some(device) = OnDevice::mistaken(kernel, right, wrong) else { return };
+        let method = if kernel.name == "optimize/exhaustive" { Method::Exhaustive } else { Method::Coherent };
+        let ask = |control: &dyn Control| {
+            let settings = SearchSettings { index: 0.0, ..settings(method) };
+            search(&scene.field, &scene.patches, Some(&scene.sets), None, &settings, control).unwrap()
+        };
+        assert!(ask(&device) != ask(&()), "{}: {wrong}", kernel.name);
+    }
 }

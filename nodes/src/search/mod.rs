@@ -3,6 +3,7 @@
 
 mod basis;
 mod basis_node;
+mod device;
 mod nearest;
 mod patches;
 mod patches_node;
@@ -12,6 +13,7 @@ mod tree;
 mod window;
 
 pub use basis::{BasisError, Keep, PatchBasis, SCALE, patch_basis};
+pub(crate) use device::SimilarityJob;
 pub use nearest::{PatchTable, distance, project};
 pub(crate) use nearest::{is_wide, nearest_of};
 pub use patches::{PatchView, Patches, patches};

@@ -2,14 +2,16 @@
 //! section 4.3).
 
 use breccia_engine::{Data, Digest};
+use breccia_shaders::{Gpu, GpuError};
 use rayon::prelude::*;
 
+use super::device::SimilarityJob;
 use super::nearest::PatchTable;
-use super::patches::Patches;
+use super::patches::{PatchView, Patches};
 use super::tree::{Room, Tree};
-use crate::control::{Cancelled, Control, check};
+use crate::control::{Cancelled, Control, Stopped, check, on_device};
 use crate::data::{Reader, Writer};
-use crate::lazy::{Isa, Pixel, apart, available_instruction_sets};
+use crate::lazy::{Isa, LevelView, Pixel, apart, available_instruction_sets};
 
 /// The similarity sets of all views at one level.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,16 +28,69 @@ const MANY: usize = 4096;
 
 /// The exact sets by distance of coefficients. Members lie at least `spread` pixels apart along columns or rows; ties
 /// go to the first pixel. A set that runs out of pixels repeats its last.
+/// A compute device finds the same.
 ///
 /// # Errors
-/// [`Cancelled`].
+/// [`Stopped`].
 pub fn similar_sets(
     patches: &Patches,
     k: usize,
     spread: i32,
     control: &dyn Control,
-) -> Result<SimilarSets, Cancelled> {
-    similar_sets_with(patches, k, spread, MANY, control)
+) -> Result<SimilarSets, Stopped> {
+    let found = on_device(control, |gpu| {
+        let views = patches.views.iter().map(|view| sets_on(gpu, patches, view, k, spread, control));
+        views.collect::<Result<Option<Vec<_>>, _>>()
+    })?;
+    match found.flatten() {
+        Some(views) => Ok(SimilarSets { k, views }),
+        None => Ok(similar_sets_with(patches, k, spread, MANY, control)?),
+    }
+}
+
+/// A view without its colours.
+fn level_of(view: &PatchView) -> LevelView {
+    let (width, height, tileable) = (view.width, view.height, view.tileable);
+    LevelView { width, height, tileable, texels: Vec::new(), barred: Vec::new() }
+}
+
+/// The sets of a view on a device; `None` if its kernel has no room for them.
+fn sets_on(
+    gpu: &Gpu,
+    patches: &Patches,
+    view: &PatchView,
+    k: usize,
+    spread: i32,
+    control: &dyn Control,
+) -> Result<Option<Vec<Pixel>>, GpuError> {
+    let (level, window) = (level_of(view), patches.window());
+    let centres = window.pixels_of(&level);
+    let places = (0..view.height).flat_map(|y| (0..view.width).map(move |x| (x, y)));
+    let own: Vec<(Pixel, bool)> = places.map(|(x, y)| (window.centre(&level, x, y), true)).collect();
+    let job = SimilarityJob {
+        size: [view.width, view.height],
+        tileable: view.tileable,
+        coefficients: &view.table,
+        dims: view.dims,
+        centres: &centres,
+        own: &own,
+        members: k,
+        spread,
+        // The processor keeps as many as it can need.
+        keep: centres.len(),
+    };
+    if !job.fits() {
+        return Ok(None);
+    }
+    let mut sets = Vec::with_capacity(own.len() * k);
+    for (set, &(own, _)) in job.run(gpu, control)?.chunks_exact(k).zip(&own) {
+        let mut last = own;
+        sets.extend(set.iter().map(|member| {
+            last = member.unwrap_or(last);
+            last
+        }));
+    }
+    Ok(Some(sets))
 }
 
 fn similar_sets_with(
@@ -48,13 +103,7 @@ fn similar_sets_with(
     let isa = available_instruction_sets().last().copied().unwrap_or(Isa::Portable);
     let mut views = Vec::new();
     for view in &patches.views {
-        let level = crate::lazy::LevelView {
-            width: view.width,
-            height: view.height,
-            tileable: view.tileable,
-            texels: Vec::new(),
-            barred: Vec::new(),
-        };
+        let level = level_of(view);
         let window = patches.window();
         let centres = window.pixels_of(&level);
         let vectors: Vec<&[i16]> = centres.iter().map(|&p| view.coefficients(level.index(p))).collect();
@@ -171,8 +220,12 @@ impl Data for SimilarSets {
 
 #[cfg(test)]
 mod tests {
+    use breccia_shaders::GpuSettings;
+    use proptest::prelude::*;
+
     use super::*;
-    use crate::lazy::{LevelView, Pyramid};
+    use crate::control::testing::{OnDevice, cases};
+    use crate::lazy::{LevelView, Pyramid, random::hash};
     use crate::search::{Keep, Window, patch_basis, patches};
 
     #[test]
@@ -219,5 +272,39 @@ mod tests {
         for set in far.views[0].chunks_exact(5) {
             assert!((0..5).all(|i| (0..i).all(|j| apart(view, set[i], set[j]) >= 3)), "{set:?}");
         }
+    }
+
+    /// Neighbourhoods of a picture of few colours, so that many are equal.
+    fn some_patches() -> impl Strategy<Value = Patches> {
+        let view = (9..34i32, 9..34i32, any::<bool>(), any::<u64>());
+        (prop::collection::vec(view, 1..3), 1..9i32, prop_oneof![Just(8usize), Just(24), Just(64)]).prop_map(
+            |(views, size, dims)| {
+                let view = |(width, height, tileable, seed): (i32, i32, bool, u64)| {
+                    let texel = |i: i32| {
+                        let grey = (hash(seed, 1, [i % width / 3, i / width / 2, 0]) % 3) as u8;
+                        [grey * 120, grey * 60, 200 - grey * 90, 0]
+                    };
+                    let texels = (0..width * height).map(texel).collect();
+                    LevelView { width, height, tileable, texels, barred: Vec::new() }
+                };
+                let pyramid = Pyramid { levels: vec![views.into_iter().map(view).collect()] };
+                let keep = Keep { dims, variance: 1.0 };
+                let basis = patch_basis(&pyramid, 0, Window { size }, keep, &()).unwrap();
+                patches(&pyramid, &basis, &()).unwrap()
+            },
+        )
+    }
+
+    #[test]
+    fn on_the_device_sets_are_the_same() {
+        let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
+        let result = cases(40).run(&(some_patches(), 1..12usize, 1..6i32), |(patches, k, spread)| {
+            let on_cpu = similar_sets(&patches, k, spread, &()).unwrap();
+            prop_assert_eq!(similar_sets(&patches, k, spread, &device).unwrap(), on_cpu);
+            Ok(())
+        });
+        result.unwrap();
+        assert_eq!(device.losses(), 0);
+        assert!(device.gpu.traffic().dispatches > 40);
     }
 }

@@ -18,6 +18,7 @@ impl Node for SimilarNode {
              pixels in half the time, at 256 × 256 in a third, about 2 seconds).",
         )
         .paper("Tong et al. 2002; Chen & Wang 2010, section 4.3 (k = 5)")
+        .on_device()
         .input("patches", "patches", "The neighbourhoods.")
         .output("similar", "similar_sets", "The sets.")
         .int("k", 1..=32, 5, "count", "Pixels in a set, the pixel itself included; no more than the exemplar has.")

@@ -10,6 +10,8 @@ mod synthesis;
 mod tables;
 #[cfg(test)]
 mod tests;
+mod triples;
 
 pub(super) use synthesis::{DeviceState, Request};
 pub(super) use tables::DeviceTables;
+pub(super) use triples::DeviceStrips;

@@ -1,37 +1,19 @@
 //! The device's answers against the processor's.
 
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 
-use breccia_shaders::{Gpu, GpuError, GpuSettings, testing};
+use breccia_shaders::{GpuError, GpuSettings, kernels};
 use proptest::prelude::*;
 
-use crate::control::Control;
+use crate::control::testing::{OnDevice, cases};
+use crate::control::{Control, Stopped};
 use crate::data::{Solid, SolidError, VoxelSet};
-use crate::lazy::tests::{Stages, stages_with};
-use crate::lazy::{ColorRule, Schedule, Settings};
-
-/// Whoever asks for work on a device.
-struct OnDevice {
-    gpu: Gpu,
-    losses: AtomicU32,
-}
-
-impl OnDevice {
-    fn open(settings: GpuSettings) -> Option<Self> {
-        Some(Self { gpu: testing::gpu(settings)?, losses: AtomicU32::new(0) })
-    }
-}
-
-impl Control for OnDevice {
-    fn gpu(&self) -> Option<&Gpu> {
-        Some(&self.gpu)
-    }
-
-    fn device_lost(&self, _: &GpuError) {
-        self.losses.fetch_add(1, Ordering::Relaxed);
-    }
-}
+use crate::lazy::random::hash;
+use crate::lazy::tests::{Stages, exemplar_of, stages_with};
+use crate::lazy::{
+    CandidateSettings, ColorRule, LevelView, Pyramid, Schedule, Settings, make_candidates, make_descriptors,
+    similarity_sets,
+};
 
 /// Exemplars of several kinds: levels, edges, components.
 fn kinds() -> &'static [Stages] {
@@ -91,18 +73,13 @@ fn some_voxels() -> impl Strategy<Value = VoxelSet> {
 #[test]
 fn on_the_device_a_thousand_random_subsets_are_the_same_bit_for_bit() {
     let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
-    let config = ProptestConfig { cases: 1000, failure_persistence: None, ..Default::default() };
-    let mut runner = proptest::test_runner::TestRunner::new_with_rng(
-        config,
-        proptest::test_runner::TestRng::deterministic_rng(proptest::test_runner::RngAlgorithm::ChaCha),
-    );
-    let cases = (0..kinds().len(), some_settings(), some_voxels());
-    let result = runner.run(&cases, |(kind, settings, voxels)| {
+    let subsets = (0..kinds().len(), some_settings(), some_voxels());
+    let result = cases(1000).run(&subsets, |(kind, settings, voxels)| {
         same(&kinds()[kind], &settings, &voxels, &device);
         Ok(())
     });
     result.unwrap();
-    assert_eq!(device.losses.load(Ordering::Relaxed), 0);
+    assert_eq!(device.losses(), 0);
 }
 
 #[test]
@@ -123,7 +100,7 @@ fn on_the_device_that_is_lost_the_processor_goes_on() {
         device.gpu.lose_after(dispatches);
         let wanted = VoxelSet::from_box([0; 3], [24; 3]);
         same(&kinds()[0], &Settings::default(), &wanted, &device);
-        assert!(device.losses.load(Ordering::Relaxed) > 0, "after {dispatches} dispatches");
+        assert!(device.losses() > 0, "after {dispatches} dispatches");
     }
 }
 
@@ -140,24 +117,11 @@ fn on_the_device_what_does_not_fit_is_refused_by_its_size() {
     }
 }
 
-/// Cancels after some questions.
-struct Impatient(OnDevice, AtomicU32);
-
-impl Control for Impatient {
-    fn gpu(&self) -> Option<&Gpu> {
-        Some(&self.0.gpu)
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.1.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1)).is_err()
-    }
-}
-
 #[test]
 fn on_the_device_cancelling_works_between_submissions() {
     for questions in [0, 1, 2, 3] {
         let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
-        let control = Impatient(device, AtomicU32::new(questions));
+        let control = device.patient(questions);
         let solid = kinds()[0].solid(&Settings::default());
         let answer = solid.evaluate(&VoxelSet::from_box([0; 3], [32; 3]), &control);
         assert!(matches!(answer, Err(SolidError::Cancelled)), "after {questions} questions");
@@ -175,4 +139,126 @@ fn on_the_device_tables_stay_until_others_need_the_room() {
     };
     let (first, second) = (ask(0), ask(1000));
     assert!(second + 200_000 < first, "{first} bytes, then {second}");
+}
+
+/// Pyramids of one level of one or three views that differ in size and edges, some with pixels that must not be copied, of few
+/// colours, so that many neighbourhoods are equal.
+fn some_pyramid() -> impl Strategy<Value = Pyramid> {
+    let view = (8..30i32, 8..30i32, any::<bool>(), any::<u64>(), 0..4u32);
+    let views = prop_oneof![prop::collection::vec(view.clone(), 1), prop::collection::vec(view, 3)];
+    views.prop_map(|views| {
+        let view = |(width, height, tileable, seed, barred): (i32, i32, bool, u64, u32)| {
+            let at = |i: i32| [i % width, i / width, 0];
+            let texel = |i: i32| {
+                let [x, y, _] = at(i);
+                let grey = (hash(seed, 1, [x / 2, y / 3, 0]) % 4) as u8;
+                [grey * 80, grey * 30, 200 - grey * 60, (hash(seed, 2, at(i)) % 2) as u8 * 9]
+            };
+            // None, some, most or all pixels.
+            let barred_at =
+                |i: i32| [false, hash(seed, 3, at(i)).is_multiple_of(4), i != 40, true][barred as usize];
+            LevelView {
+                width,
+                height,
+                tileable,
+                texels: (0..width * height).map(texel).collect(),
+                barred: if barred == 0 { Vec::new() } else { (0..width * height).map(barred_at).collect() },
+            }
+        };
+        Pyramid { levels: vec![views.into_iter().map(view).collect()] }
+    })
+}
+
+#[test]
+fn on_the_device_similarity_sets_are_the_same() {
+    let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
+    let result = cases(60).run(&(some_pyramid(), 1..17i32, 2..17i64), |(pyramid, spread, dims)| {
+        let descriptors = make_descriptors(&pyramid, &[dims]);
+        let on_cpu = similarity_sets(&pyramid, &descriptors, spread, &()).unwrap();
+        prop_assert_eq!(similarity_sets(&pyramid, &descriptors, spread, &device).unwrap(), on_cpu);
+        Ok(())
+    });
+    result.unwrap();
+    assert_eq!(device.losses(), 0);
+}
+
+#[test]
+fn on_the_device_candidates_are_the_same() {
+    let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
+    let settings = (1..90usize, 1..120usize, 1..13usize, 0..3usize, 0..9i32).prop_map(
+        |(strips, best, keep, iterations, exclusion)| CandidateSettings {
+            strips,
+            best,
+            keep,
+            iterations,
+            exclusion,
+        },
+    );
+    let result = cases(20).run(&(some_pyramid(), settings), |(pyramid, settings)| {
+        let on_cpu = make_candidates(&pyramid, &settings, &()).unwrap();
+        prop_assert!(make_candidates(&pyramid, &settings, &device).unwrap() == on_cpu);
+        Ok(())
+    });
+    result.unwrap();
+    assert_eq!(device.losses(), 0);
+    assert!(device.gpu.traffic().dispatches >= 20);
+}
+
+#[test]
+fn on_the_device_as_many_strips_and_triples_as_there_may_be_are_the_same() {
+    // So little memory that triples are made in several portions.
+    let settings = GpuSettings { memory: 600_000, ..Default::default() };
+    let Some(device) = OnDevice::open(settings) else { return };
+    let (_, pyramid) = exemplar_of(32, 1, true);
+    let settings = CandidateSettings { strips: 256, best: 400, exclusion: 2, ..Default::default() };
+    let on_cpu = make_candidates(&pyramid, &settings, &()).unwrap();
+    assert!(make_candidates(&pyramid, &settings, &device).unwrap() == on_cpu);
+}
+
+#[test]
+fn on_the_device_that_is_lost_the_processor_prepares() {
+    let (_, pyramid) = exemplar_of(32, 2, false);
+    let descriptors = make_descriptors(&pyramid, &[8]);
+    for dispatches in [0, 1] {
+        let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
+        device.gpu.lose_after(dispatches);
+        let sets = similarity_sets(&pyramid, &descriptors, 3, &device).unwrap();
+        assert!(sets == similarity_sets(&pyramid, &descriptors, 3, &()).unwrap());
+        let candidates = make_candidates(&pyramid, &CandidateSettings::default(), &device).unwrap();
+        assert!(candidates == make_candidates(&pyramid, &CandidateSettings::default(), &()).unwrap());
+        assert_eq!(device.losses(), 2, "after {dispatches} dispatches");
+    }
+}
+
+#[test]
+fn on_the_device_preparing_stops_when_it_is_told_to() {
+    let (_, pyramid) = exemplar_of(32, 2, false);
+    let descriptors = make_descriptors(&pyramid, &[8]);
+    for questions in [0, 1] {
+        let open = || Some(OnDevice::open(GpuSettings::default())?.patient(questions));
+        let (Some(one), Some(other)) = (open(), open()) else { return };
+        let sets = similarity_sets(&pyramid, &descriptors, 3, &one);
+        assert_eq!(sets.err(), Some(Stopped::Cancelled));
+        let candidates = make_candidates(&pyramid, &CandidateSettings::default(), &other);
+        assert_eq!(candidates.err(), Some(Stopped::Cancelled));
+    }
+}
+
+#[test]
+fn on_the_device_wrong_kernels_of_the_preparation_are_noticed() {
+    let (_, pyramid) = exemplar_of(32, 1, false);
+    let descriptors = make_descriptors(&pyramid, &[8]);
+    for (right, wrong) in
+        [(">= params.keep", ">= params.keep - 60u"), ("< params.size.w", "<= params.size.w")]
+    {
+        let Some(device) = OnDevice::mistaken(&kernels::SIMILAR, right, wrong) else { return };
+        let ask = |control: &dyn Control| similarity_sets(&pyramid, &descriptors, 3, control).unwrap();
+        assert!(ask(&device) != ask(&()), "{wrong}");
+    }
+    for (right, wrong) in [("< params.exclusion", "<= params.exclusion"), ("i < 5u", "i < 4u")] {
+        let Some(device) = OnDevice::mistaken(&kernels::TRIPLES, right, wrong) else { return };
+        let settings = CandidateSettings { iterations: 0, ..Default::default() };
+        let ask = |control: &dyn Control| make_candidates(&pyramid, &settings, control).unwrap();
+        assert!(ask(&device) != ask(&()), "{wrong}");
+    }
 }
