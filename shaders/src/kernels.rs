@@ -23,6 +23,7 @@ pub(crate) const MODULES: &[(&str, &str)] = &[
     ("modules/random.wgsl", include_str!("../kernels/modules/random.wgsl")),
     ("modules/bricks.wgsl", include_str!("../kernels/modules/bricks.wgsl")),
     ("modules/level.wgsl", include_str!("../kernels/modules/level.wgsl")),
+    ("modules/taps.wgsl", include_str!("../kernels/modules/taps.wgsl")),
 ];
 
 kernels! {
@@ -58,6 +59,12 @@ kernels! {
     /// The states of some bricks, for the host.
     GATHER = "lazy/gather" mirrors "lazy::field::Field::of", 128,
         [uniform "params", read "slots", read "state", write "out"];
+    /// A map of a lazy solid at points.
+    SAMPLE_LAZY = "lazy/sample" mirrors "solid::sample::sample, lazy::solid::LazySolid::look_up", 128,
+        [uniform "params", read "taps", read "places", read "state", read "map", write "out"];
+    /// A map of a dense volume at points.
+    SAMPLE_DENSE = "solid/sample" mirrors "solid::sample::sample, solid::dense::VolumeSolid::gather", 128,
+        [uniform "params", read "taps", read "map", write "out"];
 }
 
 #[cfg(test)]

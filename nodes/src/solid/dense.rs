@@ -3,11 +3,15 @@
 use std::sync::Arc;
 
 use breccia_engine::{Data, Digest};
+use breccia_shaders::Gpu;
+use breccia_shaders::kernels::SAMPLE_DENSE;
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
+use super::device::{can_sample, sample_maps};
 use crate::control::{Cancelled, Control, check};
 use crate::data::{
-    BRICK, BRICK_VOXELS, Extent, Map, MapInfo, SampleType, Samples, Solid, SolidError, Volume, VoxelMap,
+    BRICK, BRICK_VOXELS, Extent, Map, MapInfo, SampleType, Samples, Solid, SolidError, Tap, Volume, VoxelMap,
     VoxelSet,
 };
 
@@ -42,6 +46,18 @@ pub enum NotASolid {
         /// Samples needed.
         expected: usize,
     },
+}
+
+/// `Params` of `kernels/solid/sample.wgsl`.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct SampleParams {
+    origin: [i32; 4],
+    size: [i32; 4],
+    first: u32,
+    points: u32,
+    channels: u32,
+    sums: u32,
 }
 
 /// A dense volume as a solid.
@@ -141,6 +157,41 @@ impl Solid for VolumeSolid {
         Ok(answer)
     }
 
+    fn sample(
+        &self,
+        gpu: &Gpu,
+        maps: &[MapInfo],
+        taps: &[Tap],
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Map>>, SolidError> {
+        let (origin, size) = (self.volume.origin, self.volume.size);
+        let within = |i: usize| size[i] < 1 << 30 && origin[i].checked_add(size[i] as i32).is_some();
+        let fits = |map: &MapInfo| {
+            can_sample(map) && self.bytes(map).is_some_and(|b| b.len() as u64 <= gpu.largest_binding())
+        };
+        if !(0..3).all(within) || !maps.iter().all(fits) {
+            return Ok(None);
+        }
+        let sampled = gpu.scope(|| {
+            let volume = |map: &MapInfo| {
+                let bytes = self.bytes(map).unwrap_or_default();
+                // What a volume holds is the same under another name, and however it goes on.
+                gpu.resident(*blake3::hash(bytes).as_bytes(), || gpu.upload(bytes))
+            };
+            let volumes = maps.iter().map(volume).collect::<Result<Vec<_>, _>>()?;
+            let params = |m: usize, part: super::device::Part| SampleParams {
+                origin: [origin[0], origin[1], origin[2], (self.repeat == Repeat::Periodic).into()],
+                size: [size[0] as i32, size[1] as i32, size[2] as i32, 0],
+                first: part.first,
+                points: part.points,
+                channels: maps[m].channels as u32,
+                sums: part.sums,
+            };
+            sample_maps(gpu, &SAMPLE_DENSE, maps, taps, &params, &|m| vec![&*volumes[m]], control)
+        });
+        Ok(Some(sampled?))
+    }
+
     fn digest(&self) -> Digest {
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"dense").update(&[self.repeat as u8]).update(&self.volume.digest().0);
@@ -161,6 +212,14 @@ impl Solid for VolumeSolid {
 }
 
 impl VolumeSolid {
+    /// The bytes of a map, if it has that form.
+    fn bytes(&self, info: &MapInfo) -> Option<&[u8]> {
+        match &self.volume.map(&info.name).filter(|map| map.info() == *info)?.samples {
+            Samples::U8(bytes) => Some(bytes),
+            _ => None,
+        }
+    }
+
     /// Fills whole bricks of one map.
     fn gather<T: Copy + Send + Sync>(
         &self,
