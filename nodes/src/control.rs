@@ -54,3 +54,40 @@ impl From<Cancelled> for breccia_engine::NodeError {
 pub fn check(control: &dyn Control) -> Result<(), Cancelled> {
     if control.is_cancelled() { Err(Cancelled) } else { Ok(()) }
 }
+
+/// What tests of several families need of a compute device.
+#[cfg(test)]
+pub(crate) mod testing {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    use breccia_shaders::{Gpu, GpuError, GpuSettings};
+
+    use super::Control;
+
+    /// Whoever asks for work on a device.
+    pub(crate) struct OnDevice {
+        pub gpu: Gpu,
+        losses: AtomicU32,
+    }
+
+    impl OnDevice {
+        pub fn open(settings: GpuSettings) -> Option<Self> {
+            Some(Self { gpu: breccia_shaders::testing::gpu(settings)?, losses: AtomicU32::new(0) })
+        }
+
+        /// How often the device was lost.
+        pub fn losses(&self) -> u32 {
+            self.losses.load(Ordering::Relaxed)
+        }
+    }
+
+    impl Control for OnDevice {
+        fn gpu(&self) -> Option<&Gpu> {
+            Some(&self.gpu)
+        }
+
+        fn device_lost(&self, _: &GpuError) {
+            self.losses.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}

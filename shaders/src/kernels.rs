@@ -65,6 +65,9 @@ kernels! {
     /// A map of a dense volume at points.
     SAMPLE_DENSE = "solid/sample" mirrors "solid::sample::sample, solid::dense::VolumeSolid::gather", 128,
         [uniform "params", read "taps", read "map", write "out"];
+    /// A picture of a box, seen through.
+    MARCH = "render/march" mirrors "render::march::Scene::look", 64,
+        [uniform "params", read "tables", read "voxels", read "flags", write "out"];
 }
 
 #[cfg(test)]

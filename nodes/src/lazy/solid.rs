@@ -30,7 +30,7 @@ use crate::solid::voxels_of;
 /// Finished bricks of all levels are kept up to this many (5 kB each), so that neighbouring requests share work.
 const CACHED_BRICKS: usize = 24_000;
 /// Points whose bricks must fit into a device's memory at once, or are found on the processor.
-const FEW_POINTS: usize = 1024;
+const FEW_POINTS: usize = 64;
 
 /// A solid texture synthesised on demand (Dong et al. 2008, section 5).
 pub struct LazySolid {
