@@ -105,7 +105,7 @@ pub(crate) fn report(adapter: &Adapter) -> AdapterReport {
         },
         driver: format!("{} {}", info.driver, info.driver_info).trim().to_owned(),
         kind: kind(info.device_type),
-        largest_binding: limits.max_storage_buffer_binding_size.into(),
+        largest_binding: limits.max_storage_buffer_binding_size,
         largest_buffer: limits.max_buffer_size,
         workgroup_memory: limits.max_compute_workgroup_storage_size,
         workgroup_threads: limits.max_compute_invocations_per_workgroup,

@@ -85,7 +85,7 @@ impl Node for Translucent {
 /// Planes from four numbers each.
 fn cuts(numbers: &[f64]) -> Result<[Option<Cut>; 3], NodeError> {
     let mut cuts = [None; 3];
-    if numbers.len() % 4 != 0 || numbers.len() > 4 * cuts.len() {
+    if !numbers.len().is_multiple_of(4) || numbers.len() > 4 * cuts.len() {
         return Err(NodeError::Failed(format!(
             "parameter `cuts` takes 0, 4, 8 or 12 numbers, found {}",
             numbers.len()
