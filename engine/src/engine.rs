@@ -34,7 +34,9 @@ pub enum DeviceChoice {
 #[derive(Debug, thiserror::Error)]
 pub enum EngineError {
     /// A device was asked for, and there is none.
-    #[error("no compute device is available, expected one for device choice `gpu` ({0}); use `auto` or `cpu`")]
+    #[error(
+        "no compute device is available, expected one for device choice `gpu` ({0}); use `auto` or `cpu`"
+    )]
     NoDevice(String),
     /// The threads could not be started.
     #[error("{threads} threads cannot be started: {error}")]

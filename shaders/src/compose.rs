@@ -25,8 +25,7 @@ pub fn compose(kernel: &Kernel, text: &str) -> Result<Composed, String> {
             return Err(error.emit_to_string(&composer));
         }
     }
-    let descriptor =
-        NagaModuleDescriptor { source: text, file_path: kernel.name, ..Default::default() };
+    let descriptor = NagaModuleDescriptor { source: text, file_path: kernel.name, ..Default::default() };
     match composer.make_naga_module(descriptor) {
         Ok(module) => Ok(Composed { module }),
         Err(error) => Err(error.emit_to_string(&composer)),

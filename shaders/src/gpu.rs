@@ -494,7 +494,8 @@ mod tests {
     fn on_the_device_mistakes_are_errors_and_the_device_goes_on() {
         let Some(gpu) = testing::gpu(GpuSettings::default()) else { return };
         let buffer = gpu.zeros(64).unwrap();
-        let wrong = gpu.scope(|| Batch::new(&gpu).dispatch(&SCAN, &[1u32; 4], &[&buffer, &buffer], Groups(1)));
+        let wrong =
+            gpu.scope(|| Batch::new(&gpu).dispatch(&SCAN, &[1u32; 4], &[&buffer, &buffer], Groups(1)));
         assert!(matches!(wrong, Err(GpuError::Refused(_))));
         let large = gpu.scope(|| Batch::new(&gpu).read(&buffer, &mut [0u32; 1000]));
         assert!(matches!(large, Err(GpuError::Refused(_))));
@@ -504,10 +505,13 @@ mod tests {
     #[test]
     fn on_the_device_compiled_kernels_are_kept_and_damage_is_not_believed() {
         let folder = std::env::temp_dir().join(format!("breccia-pipelines-{}", std::process::id()));
-        let open = || testing::gpu(GpuSettings { pipeline_cache: Some(folder.clone()), ..Default::default() });
+        let open =
+            || testing::gpu(GpuSettings { pipeline_cache: Some(folder.clone()), ..Default::default() });
         let Some(gpu) = open() else { return };
         sums(&gpu, &[1]).unwrap();
-        let files = || std::fs::read_dir(&folder).map(|files| files.flatten().collect::<Vec<_>>()).unwrap_or_default();
+        let files = || {
+            std::fs::read_dir(&folder).map(|files| files.flatten().collect::<Vec<_>>()).unwrap_or_default()
+        };
         for file in files() {
             let mut bytes = std::fs::read(file.path()).unwrap();
             bytes.iter_mut().for_each(|byte| *byte = !*byte);

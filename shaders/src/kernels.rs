@@ -26,6 +26,7 @@ pub(crate) const MODULES: &[(&str, &str)] = &[
     ("modules/box.wgsl", include_str!("../kernels/modules/box.wgsl")),
     ("modules/matching.wgsl", include_str!("../kernels/modules/matching.wgsl")),
     ("modules/nearest.wgsl", include_str!("../kernels/modules/nearest.wgsl")),
+    ("modules/taps.wgsl", include_str!("../kernels/modules/taps.wgsl")),
 ];
 
 kernels! {
@@ -77,6 +78,15 @@ kernels! {
     /// The nearest of all neighbourhoods.
     EXHAUSTIVE = "optimize/exhaustive" mirrors "search::nearest::PatchTable::nearest", 64,
         [uniform "params", read "coefficients", read "weights", read "queries", write "found"];
+    /// A map of a lazy solid at points.
+    SAMPLE_LAZY = "lazy/sample" mirrors "solid::sample::sample, lazy::solid::LazySolid::look_up", 128,
+        [uniform "params", read "taps", read "places", read "state", read "map", write "out"];
+    /// A map of a dense volume at points.
+    SAMPLE_DENSE = "solid/sample" mirrors "solid::sample::sample, solid::dense::VolumeSolid::gather", 128,
+        [uniform "params", read "taps", read "map", write "out"];
+    /// A picture of a box, seen through.
+    MARCH = "render/march" mirrors "render::march::Scene::look", 64,
+        [uniform "params", read "tables", read "voxels", read "flags", write "out"];
 }
 
 #[cfg(test)]

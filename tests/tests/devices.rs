@@ -111,7 +111,11 @@ fn on_the_device_a_wrong_kernel_is_noticed() {
     let right_volume = run("lazy_volume", None, &["volume"]).outputs;
     // Each with a mistake of the kind that slips in: ties to the last, a neighbour missed, a sum not rounded.
     for (kernel, right, wrong) in [
-        (&kernels::CORRECT, "if c < least {\n                least = c;\n                best = p;", "if c <= least {\n                least = c;\n                best = p;"),
+        (
+            &kernels::CORRECT,
+            "if c < least {\n                least = c;\n                best = p;",
+            "if c <= least {\n                least = c;\n                best = p;",
+        ),
         (&kernels::CORRECT, "let dv = i32(k / 5u) - 2;", "let dv = i32(k / 5u) - 1;"),
         (&kernels::START, "(sum + (1 << 17u)) >> vec3<u32>(18u)", "sum >> vec3<u32>(18u)"),
         (&kernels::UPSAMPLE, "(local[(e + 1u) % 3u] & 1)", "(local[(e + 2u) % 3u] & 1)"),

@@ -48,7 +48,8 @@ impl Devices {
         let pipeline_cache = folders::default_cache().map(|folder| folder.join("pipelines"));
         let gpu = Gpu::open(GpuSettings { pipeline_cache, ..Default::default() })
             .map_err(|error| Failure::new(Code::Node, error.to_string()))?;
-        let test = self_test(&gpu, Duration::from_secs(self.time.into())).map_err(|error| Failure::new(Code::Node, error.to_string()))?;
+        let test = self_test(&gpu, Duration::from_secs(self.time.into()))
+            .map_err(|error| Failure::new(Code::Node, error.to_string()))?;
         super::answer(&outcome(&test))?;
         if test.different > 0 {
             return Err(Failure::new(

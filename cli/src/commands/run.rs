@@ -5,7 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use breccia_engine::{
-    CacheLevel, Device, DeviceChoice, Engine, EngineError, FailureKind, Forecast, Plan, Registry, RunError, RunResult,
+    CacheLevel, Device, DeviceChoice, Engine, EngineError, FailureKind, Forecast, Plan, Registry, RunError,
+    RunResult,
 };
 use breccia_nodes::device::{GpuSettings, open_device};
 use serde_json::json;

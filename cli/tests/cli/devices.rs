@@ -35,7 +35,11 @@ fn on_the_device_the_test_finds_no_difference() {
     }
     let tested = place.breccia(&["devices", "--time", "2"]);
     tested.expect(0, &[]);
-    assert!(tested.stdout.contains(" 0 of them differ") && tested.stdout.contains("16³"), "{}", tested.stdout);
+    assert!(
+        tested.stdout.contains(" 0 of them differ") && tested.stdout.contains("16³"),
+        "{}",
+        tested.stdout
+    );
 }
 
 #[test]
@@ -68,7 +72,8 @@ fn on_the_device_and_on_the_processor_results_share_a_cache() {
 fn without_an_adapter_gpu_is_refused_with_advice_and_auto_says_what_it_does() {
     let place = Place::new();
     let run = |device: &str| {
-        let args = [&["run", "lazy_volume", "--device", device, "--no-cache"], &FAST[..], &SMALL[..]].concat();
+        let args =
+            [&["run", "lazy_volume", "--device", device, "--no-cache"], &FAST[..], &SMALL[..]].concat();
         Answer::from(place.without_adapters(&args).output().unwrap())
     };
     run("gpu").expect(2, &["no compute device", "mesa-vulkan-drivers", "`breccia devices`"]);

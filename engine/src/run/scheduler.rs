@@ -306,7 +306,8 @@ impl Scheduler<'_> {
             self.emit(Event::DeviceChosen { message: devices.describe() });
         }
         let size = |links: &[Source]| {
-            let known = links.iter().map(|source| self.state.output_record(*source).map(|record| record.bytes));
+            let known =
+                links.iter().map(|source| self.state.output_record(*source).map(|record| record.bytes));
             known.reduce(|a, b| Some(a?.saturating_add(b?))).flatten()
         };
         let sockets = graph_node.ty.spec.inputs.iter();

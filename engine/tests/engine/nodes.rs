@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use breccia_engine::flow::Flag;
 use breccia_engine::{
-    ComputeDevice, Context, Data, DeviceProfile, Digest, Node, NodeError, NodeSpec, ParamKind, ParamValue, Registry,
-    Sizing, TypeInfo, Work,
+    ComputeDevice, Context, Data, DeviceProfile, Digest, Node, NodeError, NodeSpec, ParamKind, ParamValue,
+    Registry, Sizing, TypeInfo, Work,
 };
 
 /// A number, stored on disk.

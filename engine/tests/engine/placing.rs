@@ -91,7 +91,8 @@ fn without_a_device_auto_says_so_once_and_gpu_is_refused() {
     assert_eq!(opened.load(Ordering::Relaxed), 1);
 
     let open = || -> Result<Arc<dyn breccia_engine::ComputeDevice>, String> { Err("nothing".to_owned()) };
-    let refused = Engine::builder().device(DeviceChoice::Gpu).compute(Box::new(open)).build(Arc::new(registry()));
+    let refused =
+        Engine::builder().device(DeviceChoice::Gpu).compute(Box::new(open)).build(Arc::new(registry()));
     assert!(matches!(refused.err(), Some(EngineError::NoDevice(reason)) if reason == "nothing"));
 }
 

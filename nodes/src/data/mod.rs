@@ -7,6 +7,7 @@ mod mesh;
 mod report;
 mod samples;
 mod solid;
+mod tap;
 mod volume;
 mod voxels;
 
@@ -17,6 +18,7 @@ pub use mesh::Mesh;
 pub use report::{Report, Row};
 pub use samples::{Map, MapInfo, SampleType, Samples};
 pub use solid::{Extent, Solid, SolidError, SolidValue};
+pub use tap::{Filter, Tap, mean_byte};
 pub use volume::Volume;
 pub use voxels::{BRICK, BRICK_VOXELS, VoxelMap, VoxelSet, brick_of, indices, local_index, voxel_at};
 

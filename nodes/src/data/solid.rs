@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use breccia_engine::{Data, Digest};
-use breccia_shaders::GpuError;
+use breccia_shaders::{Gpu, GpuError};
 
-use super::{MapInfo, VoxelMap, VoxelSet};
+use super::{Map, MapInfo, Tap, VoxelMap, VoxelSet};
 use crate::control::{Cancelled, Control};
 
 /// Where a solid has voxels.
@@ -28,6 +28,9 @@ pub enum SolidError {
     /// The answer would not fit into memory.
     #[error("{0}")]
     TooLarge(String),
+    /// The answer lacks what was asked for.
+    #[error("the solid's answer lacks {0}")]
+    Incomplete(String),
     /// The compute device could not do it.
     #[error(transparent)]
     Device(GpuError),
@@ -71,6 +74,23 @@ pub trait Solid: Send + Sync {
     /// # Errors
     /// [`SolidError::Cancelled`] if `control` asks for it; [`SolidError::TooLarge`] before allocating.
     fn evaluate(&self, voxels: &VoxelSet, control: &dyn Control) -> Result<VoxelMap, SolidError>;
+
+    /// The samples of these maps at points, found on a compute device so that nothing else comes back from it: for each map an
+    /// entry a point, the same bits as [`crate::solid::sample`] makes of [`Solid::evaluate`]. `None` where the solid cannot do
+    /// that, or not for these maps.
+    ///
+    /// # Errors
+    /// [`SolidError::Cancelled`] if `control` asks for it; [`SolidError::Device`].
+    fn sample(
+        &self,
+        gpu: &Gpu,
+        maps: &[MapInfo],
+        taps: &[Tap],
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Map>>, SolidError> {
+        let _ = (gpu, maps, taps, control);
+        Ok(None)
+    }
 
     /// The digest of everything that determines the answers.
     fn digest(&self) -> Digest;

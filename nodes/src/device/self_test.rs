@@ -10,8 +10,8 @@ use crate::control::Control;
 use crate::data::{Image, Solid, SolidError, VoxelMap, VoxelSet};
 use crate::exemplar::{MakeSettings, make_exemplar};
 use crate::lazy::{
-    CandidateSettings, Initial, Jitter, LazySolid, Pyramid, Settings, Tables, make_candidates, make_descriptors,
-    make_slab, similarity_sets,
+    CandidateSettings, Initial, Jitter, LazySolid, Pyramid, Settings, Tables, make_candidates,
+    make_descriptors, make_slab, similarity_sets,
 };
 
 /// What a self-test found.
@@ -153,8 +153,7 @@ fn prepare() -> Result<impl Fn(u64) -> LazySolid, String> {
         [220 - 2 * near, 200 - near, 90 + near]
     });
     let make = MakeSettings { tileable: true, ..Default::default() };
-    let exemplar =
-        make_exemplar(&picture, None, None, &[], &make).map_err(|error| error.to_string())?;
+    let exemplar = make_exemplar(&picture, None, None, &[], &make).map_err(|error| error.to_string())?;
     let pyramid = Pyramid::new(&exemplar, 2).map_err(|error| error.to_string())?;
     let descriptors = make_descriptors(&pyramid, &[8, 16]);
     let cancelled = |_| "cancelled".to_owned();

@@ -2,14 +2,14 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use breccia_engine::Digest;
+use breccia_engine::{Data, Digest};
 use breccia_shaders::{Gpu, GpuError};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::color::{Contrast, OneColor};
 use super::dependency::{dependency, dependency_among, parents};
-use super::device::{DeviceTables, Request};
+use super::device::{Carried, DeviceTables, Finished, Request};
 use super::domain::Domain;
 use super::field::{Brick, Correction, Field};
 use super::initial::Initial;
@@ -22,11 +22,15 @@ use super::tables::Tables;
 use super::taken::Taken;
 use crate::control::{Cancelled, Control, check};
 use crate::data::{
-    BRICK_VOXELS, Extent, Map, MapInfo, Solid, SolidError, VoxelMap, VoxelSet, indices, voxel_at,
+    BRICK_VOXELS, Extent, Map, MapInfo, Solid, SolidError, Tap, VoxelMap, VoxelSet, indices, voxel_at,
 };
+use crate::solid::device::can_sample;
+use crate::solid::voxels_of;
 
 /// Finished bricks of all levels are kept up to this many (5 kB each), so that neighbouring requests share work.
 const CACHED_BRICKS: usize = 24_000;
+/// Points whose bricks must fit into a device's memory at once, or are found on the processor.
+const FEW_POINTS: usize = 64;
 
 /// A solid texture synthesised on demand (Dong et al. 2008, section 5).
 pub struct LazySolid {
@@ -72,7 +76,7 @@ impl LazySolid {
         // Raised when the same settings give another solid.
         hasher.update(b"lazy solid 2");
         hasher.update(&digest.0);
-        hasher.update(&breccia_engine::Data::digest(&initial).0);
+        hasher.update(&initial.digest().0);
         hasher.update(format!("{settings:?}").as_bytes());
         let levels = tables.levels.len();
         Self {
@@ -231,6 +235,17 @@ impl LazySolid {
     }
 
     fn ask_device(&self, gpu: &Gpu, wanted: &VoxelSet, control: &dyn Control) -> Result<Field, SolidError> {
+        self.request_on(gpu, wanted, control, |request, tables| request.run(gpu, tables, control))
+    }
+
+    /// Puts a request for voxels (wrapped) to a device.
+    fn request_on<T>(
+        &self,
+        gpu: &Gpu,
+        wanted: &VoxelSet,
+        control: &dyn Control,
+        ask: impl FnOnce(&Request<'_>, &DeviceTables) -> Result<T, GpuError>,
+    ) -> Result<T, SolidError> {
         let mut free = self.taken.as_ref().map(|(taken, _)| taken.free(control));
         let before = match &mut free {
             Some(free) => {
@@ -255,7 +270,56 @@ impl LazySolid {
         };
         let tables =
             gpu.resident(self.digest.0, || gpu.scope(|| DeviceTables::new(gpu, &self.tables, &self.initial)));
-        Ok(request.run(gpu, &*tables?, control)?)
+        Ok(ask(&request, &*tables?)?)
+    }
+
+    /// Samples maps by their numbers, in portions where the bricks do not fit into the device's memory at once.
+    fn sample_on(
+        &self,
+        gpu: &Gpu,
+        infos: &[MapInfo],
+        numbers: &[usize],
+        taps: &[Tap],
+        control: &dyn Control,
+    ) -> Result<Vec<Map>, SolidError> {
+        let wanted = self.domain(0).wrap_set(&voxels_of(taps));
+        // Bricks stay, since the same points are often asked for again, with another map or filter.
+        let id = self.id(b"bricks", &wanted.digest().0);
+        let finished = self.request_on(gpu, &wanted, control, |request, tables| {
+            gpu.resident(id, || gpu.scope(|| Finished::new(gpu, request.resident(gpu, tables, control)?)))
+        });
+        let finished = match finished {
+            Err(SolidError::Device(GpuError::OutOfMemory(_))) if taps.len() > FEW_POINTS => {
+                let mut maps: Vec<Map> = infos.iter().map(|info| Map::zeros(info, taps.len())).collect();
+                let mut at = 0;
+                for taps in taps.chunks(taps.len().div_ceil(2)) {
+                    for (map, part) in
+                        maps.iter_mut().zip(self.sample_on(gpu, infos, numbers, taps, control)?)
+                    {
+                        map.samples.copy_from(at * map.channels, &part.samples, 0, part.samples.len());
+                    }
+                    at += taps.len();
+                }
+                return Ok(maps);
+            }
+            found => found?,
+        };
+        let carried = |&number: &usize| {
+            let id = self.id(b"map", &(number as u64).to_le_bytes());
+            gpu.resident(id, || gpu.scope(|| Carried::new(gpu, &self.tables, number)))
+        };
+        let carried = numbers.iter().map(carried).collect::<Result<Vec<_>, _>>()?;
+        let mean = |number: usize| number == 0 && !self.color(0).takes_one();
+        let carried: Vec<_> =
+            carried.iter().zip(numbers).map(|(map, &number)| (&**map, mean(number))).collect();
+        Ok(gpu.scope(|| finished.sample(gpu, infos, &carried, taps, &self.domain(0), control))?)
+    }
+
+    /// What is kept on a device under this solid's digest and a name.
+    fn id(&self, kind: &[u8], name: &[u8]) -> [u8; 32] {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&self.digest.0).update(kind).update(name);
+        *hasher.finalize().as_bytes()
     }
 
     /// Computes a level over `wanted`, and the coarser levels that it needs.
@@ -459,6 +523,26 @@ impl Solid for LazySolid {
 
     fn evaluate(&self, voxels: &VoxelSet, control: &dyn Control) -> Result<VoxelMap, SolidError> {
         self.evaluate_counting(voxels, control).map(|(map, _)| map)
+    }
+
+    fn sample(
+        &self,
+        gpu: &Gpu,
+        maps: &[MapInfo],
+        taps: &[Tap],
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Map>>, SolidError> {
+        let number = |info: &MapInfo| {
+            let number = self.tables.carried[0].iter().position(|map| map.info() == *info)?;
+            let everywhere = self
+                .tables
+                .carried
+                .iter()
+                .all(|maps| maps.get(number).is_some_and(|map| map.info() == *info));
+            (can_sample(info) && everywhere).then_some(number)
+        };
+        let Some(numbers) = maps.iter().map(number).collect::<Option<Vec<_>>>() else { return Ok(None) };
+        self.sample_on(gpu, maps, &numbers, taps, control).map(Some)
     }
 
     fn digest(&self) -> Digest {

@@ -40,8 +40,36 @@ pub(super) fn exemplar_of(side: u32, levels: usize, tileable: bool) -> (Exemplar
     (exemplar, pyramid)
 }
 
+/// Three pictures of different sizes with maps of several forms.
+pub(super) fn stages_with_maps(levels: usize) -> Stages {
+    let view = |side: u32| {
+        let normal = Image::from_fn(side, side, |x, y| [(x * 37) as u8, (y * 53) as u8, 200]);
+        let bytes: Vec<u8> = (0..side * side).map(|i| (i * 101 % 251) as u8).collect();
+        let floats = Samples::F32(bytes.iter().map(|&b| f32::from(b) / 7.0).collect());
+        let grey = Image::new(side, side, 1, Samples::U8(bytes)).expect("a picture");
+        let height = Image::new(side, side, 1, floats).expect("a picture");
+        let maps = [("normal", &normal), ("roughness", &grey), ("height", &height)];
+        make_exemplar(&picture(side), None, None, &maps, &MakeSettings::default()).expect("an exemplar")
+    };
+    let exemplar = crate::exemplar::combine(&view(32), &view(44), &view(36)).expect("three views");
+    stages_of(exemplar, levels, &[8])
+}
+
+/// Pictures that are barred in part, as those of a matrix around particles.
+pub(super) fn stages_with_barred() -> Stages {
+    let mut exemplar =
+        make_exemplar(&picture(32), None, None, &[], &MakeSettings::default()).expect("an exemplar");
+    let view = &mut exemplar.views[0];
+    view.barred = (0..32 * 32).map(|i| i % 32 < 12 && i / 32 < 14).collect();
+    stages_of(exemplar, 1, &[8])
+}
+
 pub(super) fn stages_with(side: u32, levels: usize, tileable: bool, dims: &[i64]) -> Stages {
-    let (exemplar, pyramid) = exemplar_of(side, levels, tileable);
+    stages_of(exemplar_of(side, levels, tileable).0, levels, dims)
+}
+
+fn stages_of(exemplar: Exemplar, levels: usize, dims: &[i64]) -> Stages {
+    let pyramid = Pyramid::new(&exemplar, levels).expect("a pyramid");
     let descriptors = make_descriptors(&pyramid, dims);
     let similarity = similarity_sets(&pyramid, &descriptors, 3, &()).expect("sets");
     let candidates = make_candidates(&pyramid, &CandidateSettings::default(), &()).expect("candidates");

@@ -198,7 +198,7 @@ pub fn bake_vertices(
     let count = mesh.positions.len();
     let sampled = sample_solid(solid, count, &at, settings.filter, settings.block, control)?;
     let color = sampled.maps.iter().find(|map| map.name == "color");
-    let color = color.ok_or_else(|| SampleError::Incomplete("color".to_owned()))?;
+    let color = color.ok_or_else(|| SampleError::Solid(SolidError::Incomplete("map `color`".to_owned())))?;
     let byte = |at: usize| match &color.samples {
         Samples::F32(linear) => linear_to_srgb(linear[at]),
         samples => samples.get_u8(at),

@@ -22,7 +22,7 @@ pub(super) struct Bake;
 
 impl Node for Bake {
     fn spec(&self) -> NodeSpec {
-        let spec = NodeSpec::new("mesh.bake", 1, "Bakes a solid into the textures of a mesh", DOCS)
+        let spec = NodeSpec::new("mesh.bake", 2, "Bakes a solid into the textures of a mesh", DOCS)
             .on_device()
             .input("mesh", "mesh", "The mesh.")
             .input("solid", "solid", "What it is to be carved out of.")

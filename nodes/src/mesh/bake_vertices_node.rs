@@ -13,7 +13,7 @@ impl Node for BakeVertices {
     fn spec(&self) -> NodeSpec {
         let spec = NodeSpec::new(
             "mesh.bake_vertices",
-            1,
+            2,
             "Gives the vertices of a mesh the colours of a solid",
             "An alternative to textures for finely tessellated meshes: each vertex asks the solid for the colour at \
              its position. Needs no UVs.",

@@ -14,7 +14,7 @@ mod read_ply;
 pub mod sample;
 pub mod space;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod texels;
 mod unwrap;
 mod unwrap_node;

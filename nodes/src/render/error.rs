@@ -16,6 +16,9 @@ pub enum RenderError {
     /// The mesh has nothing to show.
     #[error("the mesh has no triangle that could be shown ({0} vertices, {1} triangles)")]
     EmptyMesh(usize, usize),
+    /// Opacities are to be looked up by labels that there are not.
+    #[error("the solid has no map `label` to look opacities up by; choose `luminance`")]
+    NoLabels,
     /// The solid gave no answer.
     #[error(transparent)]
     Solid(#[from] SolidError),

@@ -7,6 +7,8 @@ mod cutaway;
 mod error;
 mod ground;
 mod light;
+mod march;
+mod march_device;
 mod material;
 mod mesh;
 mod portrait;
@@ -24,9 +26,11 @@ pub use camera::Camera;
 pub use contact_sheet::contact_sheet;
 pub use cutaway::{CutawaySettings, cutaway};
 pub use error::RenderError;
+pub use march::Scene;
+pub use march_device::{DeviceScene, march_on_device};
 pub use portrait::{PortraitSettings, portrait};
 pub use studio::Background;
-pub use translucent::{TranslucentSettings, translucent};
+pub use translucent::{Cut, Key, TranslucentSettings, translucent, translucent_scene};
 
 use breccia_engine::Node;
 

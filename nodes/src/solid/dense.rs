@@ -1,13 +1,17 @@
 //! A dense volume as a solid: repeated periodically, or continued by its nearest voxel.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use breccia_engine::{Data, Digest};
+use breccia_shaders::Gpu;
+use breccia_shaders::kernels::SAMPLE_DENSE;
+use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
+use super::device::{can_sample, sample_maps};
 use crate::control::{Cancelled, Control, check};
 use crate::data::{
-    BRICK, BRICK_VOXELS, Extent, Map, MapInfo, SampleType, Samples, Solid, SolidError, Volume, VoxelMap,
+    BRICK, BRICK_VOXELS, Extent, Map, MapInfo, SampleType, Samples, Solid, SolidError, Tap, Volume, VoxelMap,
     VoxelSet,
 };
 
@@ -44,11 +48,25 @@ pub enum NotASolid {
     },
 }
 
+/// `Params` of `kernels/solid/sample.wgsl`.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct SampleParams {
+    origin: [i32; 4],
+    size: [i32; 4],
+    first: u32,
+    points: u32,
+    channels: u32,
+    sums: u32,
+}
+
 /// A dense volume as a solid.
 #[derive(Clone, Debug)]
 pub struct VolumeSolid {
     volume: Arc<Volume>,
     repeat: Repeat,
+    /// Under what each map is kept on a device, once it was asked for.
+    ids: Vec<OnceLock<[u8; 32]>>,
 }
 
 impl VolumeSolid {
@@ -79,7 +97,7 @@ impl VolumeSolid {
         };
         let plain = |map: &Map| map.channels == 3 && map.samples.ty() == SampleType::U8;
         if at == 0 && volume.maps.first().is_some_and(plain) {
-            return Ok(Self { volume, repeat });
+            return Ok(Self::of(volume, repeat));
         }
         let mut volume = Arc::unwrap_or_clone(volume);
         let mut color = volume.maps.remove(at);
@@ -91,7 +109,11 @@ impl VolumeSolid {
             color = Map { name: color.name, channels: 3, samples: Samples::U8(rgb) };
         }
         volume.maps.insert(0, color);
-        Ok(Self { volume: Arc::new(volume), repeat })
+        Ok(Self::of(Arc::new(volume), repeat))
+    }
+
+    fn of(volume: Arc<Volume>, repeat: Repeat) -> Self {
+        Self { ids: vec![OnceLock::new(); volume.maps.len()], volume, repeat }
     }
 
     /// The volume, with its colours as u8 RGB in front.
@@ -141,6 +163,41 @@ impl Solid for VolumeSolid {
         Ok(answer)
     }
 
+    fn sample(
+        &self,
+        gpu: &Gpu,
+        maps: &[MapInfo],
+        taps: &[Tap],
+        control: &dyn Control,
+    ) -> Result<Option<Vec<Map>>, SolidError> {
+        let (origin, size) = (self.volume.origin, self.volume.size);
+        let within = |i: usize| size[i] < 1 << 30 && origin[i].checked_add(size[i] as i32).is_some();
+        let fits = |map: &MapInfo| {
+            can_sample(map)
+                && self.bytes(map).is_some_and(|(_, bytes)| bytes.len() as u64 <= gpu.largest_binding())
+        };
+        if !(0..3).all(within) || !maps.iter().all(fits) {
+            return Ok(None);
+        }
+        let sampled = gpu.scope(|| {
+            let volume = |map: &MapInfo| {
+                let (id, bytes) = self.bytes(map).unwrap_or_default();
+                gpu.resident(id, || gpu.upload(bytes))
+            };
+            let volumes = maps.iter().map(volume).collect::<Result<Vec<_>, _>>()?;
+            let params = |m: usize, part: super::device::Part| SampleParams {
+                origin: [origin[0], origin[1], origin[2], (self.repeat == Repeat::Periodic).into()],
+                size: [size[0] as i32, size[1] as i32, size[2] as i32, 0],
+                first: part.first,
+                points: part.points,
+                channels: maps[m].channels as u32,
+                sums: part.sums,
+            };
+            sample_maps(gpu, &SAMPLE_DENSE, maps, taps, &params, &|m| vec![&*volumes[m]], control)
+        });
+        Ok(Some(sampled?))
+    }
+
     fn digest(&self) -> Digest {
         let mut hasher = blake3::Hasher::new();
         hasher.update(b"dense").update(&[self.repeat as u8]).update(&self.volume.digest().0);
@@ -161,6 +218,19 @@ impl Solid for VolumeSolid {
 }
 
 impl VolumeSolid {
+    /// The bytes of a map, if it has that form, and their digest: what a volume holds is the same under another name, and however
+    /// it goes on.
+    fn bytes(&self, info: &MapInfo) -> Option<([u8; 32], &[u8])> {
+        let number = self.volume.maps.iter().position(|map| map.name == info.name)?;
+        let map = self.volume.maps.get(number).filter(|map| map.info() == *info)?;
+        match &map.samples {
+            Samples::U8(bytes) => {
+                Some((*self.ids.get(number)?.get_or_init(|| *blake3::hash(bytes).as_bytes()), bytes))
+            }
+            _ => None,
+        }
+    }
+
     /// Fills whole bricks of one map.
     fn gather<T: Copy + Send + Sync>(
         &self,
@@ -234,6 +304,42 @@ mod tests {
         let both = VolumeSolid::new(self::volume([2, 2, 2], [0; 3]), Repeat::Clamp).unwrap();
         let names: Vec<_> = both.maps().into_iter().map(|map| map.name).collect();
         assert_eq!(names, ["color", "label"]);
+    }
+
+    #[test]
+    fn on_the_device_samples_of_a_volume_are_the_same_bit_for_bit() {
+        use crate::control::testing::OnDevice;
+        use crate::data::Filter;
+        use crate::solid::sample;
+
+        let Some(device) = OnDevice::open(Default::default()) else { return };
+        let (size, origin) = ([13, 5, 9], [-2, 7, -30]);
+        let count = 13 * 5 * 9;
+        let bytes =
+            |n: usize, step: usize| Samples::U8((0..count * n).map(|i| (i * step % 251) as u8).collect());
+        let maps =
+            [("color", 3, 37), ("normal", 3, 101), ("roughness", 1, 11), ("flow", 2, 7), ("rest", 4, 67)];
+        let maps = maps.map(|(name, channels, step)| Map {
+            name: name.to_owned(),
+            channels,
+            samples: bytes(channels, step),
+        });
+        let volume = Arc::new(Volume { size, origin, spacing: [1.0; 3], maps: maps.to_vec() });
+        for repeat in [Repeat::Periodic, Repeat::Clamp] {
+            let solid = VolumeSolid::new(Arc::clone(&volume), repeat).unwrap();
+            for filter in [Filter::Nearest, Filter::Trilinear] {
+                let far = [[2e9, -2e9, 0.3], [-2_147_483_630.0, 2_147_483_630.0, 1.0]];
+                let near =
+                    (0..3000).map(|i| [0.373, 0.611, -0.437].map(|step| f64::from(i % 97) * step - 20.0));
+                let taps: Vec<Tap> = near.chain(far).filter_map(|point| Tap::new(point, filter)).collect();
+                assert_eq!(taps.len(), 3002);
+                let on_cpu = sample(&solid, &solid.maps(), &taps, &()).unwrap();
+                let on_gpu = solid.sample(&device.gpu, &solid.maps(), &taps, &device).unwrap();
+                assert_eq!(on_gpu.expect("on the device"), on_cpu, "{repeat:?} {filter:?}");
+            }
+        }
+        // The volume is uploaded once, whatever is asked of it.
+        assert_eq!(device.gpu.traffic().resident, 5);
     }
 
     #[test]

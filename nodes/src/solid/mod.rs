@@ -8,22 +8,27 @@ mod box_volume;
 mod checker;
 mod constant;
 mod dense;
+pub(crate) mod device;
 mod from_volume;
 mod memory;
 pub(crate) mod params;
 mod plane;
 mod procedural;
+mod sample;
 mod shape;
 mod slice;
 mod statistics;
 mod to_volume;
 
+pub use crate::data::Filter;
 pub use box_statistics::{ChannelStatistics, box_statistics};
 pub use box_volume::box_volume;
 pub use dense::{NotASolid, Repeat, VolumeSolid};
 pub use memory::available_memory;
-pub use plane::{Filter, Plane, PlaneError, slice};
+pub use plane::{Plane, PlaneError, slice};
 pub use procedural::{CheckerSolid, ConstantSolid, evaluate_by};
+pub use sample::sample;
+pub(crate) use sample::voxels_of;
 pub use shape::{Shape, ShapeSolid};
 
 use breccia_engine::Node;

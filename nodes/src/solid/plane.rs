@@ -1,7 +1,8 @@
 //! Slices of a solid by a plane at any position, orientation and resolution.
 
+use super::sample;
 use crate::control::{Control, check};
-use crate::data::{Image, Samples, Solid, SolidError, VoxelMap, VoxelSet};
+use crate::data::{Filter, Image, Samples, Solid, SolidError, Tap};
 
 /// A grid of pixels in space.
 ///
@@ -15,16 +16,6 @@ pub struct Plane {
     pub right: [f64; 3],
     /// The step from one row to the next, in voxels.
     pub down: [f64; 3],
-}
-
-/// How a point gets its value from the voxels around it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Filter {
-    /// The voxel that holds the point.
-    Nearest,
-    /// The eight voxels whose centres surround the point, weighted linearly (in the encoding they are
-    /// stored in). Labels are always taken from the nearest voxel.
-    Trilinear,
 }
 
 /// Why there is no slice.
@@ -165,99 +156,31 @@ pub fn slice(
             return Err(PlaneError::OutOfRange(corner));
         }
     }
-    let mut samples = Samples::zeros(info.ty, pixels * info.channels);
+    let n = info.channels;
+    let mut samples = Samples::zeros(info.ty, pixels * n);
     for top in (0..height).step_by(TILE as usize) {
         for left in (0..width).step_by(TILE as usize) {
             check(control).map_err(SolidError::from)?;
-            let tile = || {
-                let rows = top..height.min(top.saturating_add(TILE));
-                let columns = left..width.min(left.saturating_add(TILE));
-                rows.flat_map(move |row| columns.clone().map(move |column| (column, row)))
-            };
-            let mut wanted = VoxelSet::new();
-            for (column, row) in tile() {
-                let taps = Taps::new(plane.point(size, column, row), filter);
-                taps.voxels().for_each(|(voxel, _)| wanted.insert(voxel));
+            let (rows, columns) =
+                (top..height.min(top.saturating_add(TILE)), left..width.min(left.saturating_add(TILE)));
+            let span = columns.len();
+            let mut taps = Vec::with_capacity(rows.len() * span);
+            for row in rows.clone() {
+                for column in columns.clone() {
+                    let point = plane.point(size, column, row);
+                    taps.push(Tap::new(point, filter).ok_or(PlaneError::OutOfRange(point))?);
+                }
             }
-            let answer = solid.evaluate(&wanted, control)?;
-            for (column, row) in tile() {
-                let taps = Taps::new(plane.point(size, column, row), filter);
-                let at = row as usize * width as usize + column as usize;
-                taps.write(&answer, map, &mut samples, at);
+            let tile = sample(solid, std::slice::from_ref(info), &taps, control)?;
+            let Some(tile) = tile.first() else { continue };
+            for (i, row) in rows.enumerate() {
+                let to = (row as usize * width as usize + left as usize) * n;
+                samples.copy_from(to, &tile.samples, i * span * n, span * n);
             }
         }
         control.progress(f64::from(top + TILE.min(height - top)) as f32 / height as f32);
     }
-    Image::new(width, height, info.channels, samples).map_err(|_| PlaneError::Size(width, height))
-}
-
-/// The voxels that a point is interpolated from: `base` alone, or the eight from `base` on.
-struct Taps {
-    base: [i32; 3],
-    fraction: Option<[f64; 3]>,
-}
-
-impl Taps {
-    fn new(point: [f64; 3], filter: Filter) -> Self {
-        match filter {
-            Filter::Nearest => Self { base: point.map(|c| c.floor() as i32), fraction: None },
-            Filter::Trilinear => {
-                let low = point.map(|c| (c - 0.5).floor());
-                let fraction = std::array::from_fn(|i| point[i] - 0.5 - low[i]);
-                Self { base: low.map(|c| c as i32), fraction: Some(fraction) }
-            }
-        }
-    }
-
-    /// The voxels that count, each with its weight.
-    fn voxels(&self) -> impl Iterator<Item = ([i32; 3], f64)> + '_ {
-        let corners = if self.fraction.is_some() { 8 } else { 1 };
-        (0..corners).filter_map(|corner| {
-            let bits: [i32; 3] = std::array::from_fn(|i| corner >> i & 1);
-            let weight = self
-                .fraction
-                .map_or(1.0, |f| (0..3).map(|i| if bits[i] == 1 { f[i] } else { 1.0 - f[i] }).product());
-            (weight > 0.0).then(|| (std::array::from_fn(|i| self.base[i] + bits[i]), weight))
-        })
-    }
-
-    /// Writes pixel `at`.
-    fn write(&self, answer: &VoxelMap, map: &str, to: &mut Samples, at: usize) {
-        let Some(map) = answer.map(map) else { return };
-        let n = map.channels;
-        if self.fraction.is_none() || matches!(to, Samples::U32(_)) {
-            // The heaviest tap is the nearest voxel; of equals the first.
-            let nearest = self.voxels().fold(None, |best: Option<([i32; 3], f64)>, tap| match best {
-                Some(best) if best.1 >= tap.1 => Some(best),
-                _ => Some(tap),
-            });
-            if let Some(from) = nearest.and_then(|(voxel, _)| answer.index(voxel)) {
-                to.copy_from(at * n, &map.samples, from * n, n);
-            }
-            return;
-        }
-        let mut sums = [0.0f64; 4];
-        for (voxel, weight) in self.voxels() {
-            let Some(from) = answer.index(voxel) else { continue };
-            for (c, sum) in sums.iter_mut().enumerate().take(n) {
-                *sum += weight
-                    * match &map.samples {
-                        Samples::U8(v) => f64::from(v[from * n + c]),
-                        other => f64::from(other.get(from * n + c)),
-                    };
-            }
-        }
-        match to {
-            Samples::U8(v) => {
-                let pixel = v[at * n..][..n].iter_mut().zip(sums);
-                pixel.for_each(|(to, sum)| *to = (sum + 0.5).clamp(0.0, 255.0) as u8);
-            }
-            Samples::F32(v) => {
-                v[at * n..][..n].iter_mut().zip(sums).for_each(|(to, sum)| *to = sum as f32);
-            }
-            Samples::U32(_) => {}
-        }
-    }
+    Image::new(width, height, n, samples).map_err(|_| PlaneError::Size(width, height))
 }
 
 #[cfg(test)]

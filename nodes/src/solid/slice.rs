@@ -2,9 +2,9 @@
 
 use breccia_engine::{Context, Data, Node, NodeError, NodeSpec, ParamKind, ParamValue, Sizing, Work};
 
+use super::Plane;
 use super::params::{floats, picture_bytes, picture_of, vector, with_picture};
-use super::{Filter, Plane};
-use crate::data::{Image, SolidValue};
+use crate::data::{Filter, Image, SolidValue};
 
 /// A plane slice of a solid.
 pub struct Slice;
@@ -14,7 +14,7 @@ impl Node for Slice {
         let vector = ParamKind::Floats { min_len: 3, max_len: 3, min: -1e9, max: 1e9 };
         let spec = NodeSpec::new(
             "solid.slice",
-            1,
+            2,
             "A plane slice at any position, orientation and resolution",
             "Asks the solid only for the voxels that the picture shows. Voxel (i, j, k) covers i to i + 1 and so on, \
              so a plane at a whole number shows the layer that starts there. Rows run along z projected into the \

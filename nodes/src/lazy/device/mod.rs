@@ -2,16 +2,21 @@
 //!
 //! Data flows one way here too: [`plan`] says which bricks of each level take part, the masks of the voxels that matter are
 //! made on the device from the finest level to the coarsest (`dilate`, `parents`), and the states from the coarsest to the finest
-//! (`start`, `upsample`, `correct`). Nothing comes back before the finished bricks.
+//! (`start`, `upsample`, `correct`). Nothing comes back before the finished bricks; where points are to be
+//! sampled (`sample`), these stay there and only the samples come back.
 
 mod level;
 mod plan;
+mod sample;
+#[cfg(test)]
+mod sampling_tests;
 mod synthesis;
 mod tables;
 #[cfg(test)]
 mod tests;
 mod triples;
 
-pub(super) use synthesis::{DeviceState, Request};
+pub(super) use sample::{Carried, Finished};
+pub(super) use synthesis::Request;
 pub(super) use tables::DeviceTables;
 pub(super) use triples::DeviceStrips;

@@ -33,8 +33,8 @@ pub(in crate::lazy) struct Request<'a> {
 
 /// The finished bricks of a request in the device's memory.
 pub(in crate::lazy) struct DeviceState {
-    bricks: Bricks,
-    state: Buffer,
+    pub(super) bricks: Bricks,
+    pub(super) state: Buffer,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -103,17 +103,19 @@ impl Request<'_> {
     }
 
     /// Computes the voxels and leaves them on the device.
+    ///
+    /// [`GpuError::OutOfMemory`] if they are too many at once.
     pub fn resident(
         &self,
         gpu: &Gpu,
         tables: &DeviceTables,
         control: &dyn Control,
-    ) -> Result<Option<DeviceState>, GpuError> {
+    ) -> Result<DeviceState, GpuError> {
         let plan = self.plan();
         if plan[0].keys.len() as u64 > Self::most_bricks(gpu) {
-            return Ok(None);
+            return Err(GpuError::OutOfMemory(format!("{} bricks are too many at once", plan[0].keys.len())));
         }
-        gpu.scope(|| self.synthesise(gpu, tables, plan, control)).map(Some)
+        self.synthesise(gpu, tables, plan, control)
     }
 
     fn synthesise(

@@ -39,7 +39,7 @@ fn same(stages: &Stages, settings: &Settings, wanted: &VoxelSet, device: &OnDevi
     }
 }
 
-fn some_settings() -> impl Strategy<Value = Settings> {
+pub(super) fn some_settings() -> impl Strategy<Value = Settings> {
     // Octants seldom: one voxel needs tens of thousands of corrections then.
     let schedule =
         prop_oneof![12 => Just(Schedule::Jacobi), 2 => Just(Schedule::Parity), 1 => Just(Schedule::Octants)];
