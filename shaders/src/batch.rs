@@ -1,7 +1,8 @@
 //! Work for a device: dispatches and copies in order.
 
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::{Duration, Instant};
 
 use wgpu::{
     BindGroupDescriptor, BindGroupEntry, BufferUsages, CommandEncoder, CommandEncoderDescriptor,
@@ -16,6 +17,9 @@ pub struct Groups(pub u32);
 
 /// Workgroups in a row of a dispatch; kernels count `workgroup_id.x + GROUP_ROW * workgroup_id.y`.
 const GROUP_ROW: u32 = 32768;
+
+/// How long an answer may be under way from one thread to another before the device is asked again.
+const DELIVERY: Duration = Duration::from_millis(100);
 
 impl Groups {
     /// Enough for so many threads.
@@ -219,21 +223,50 @@ impl<'g> Batch<'g> {
         staging.map_async(MapMode::Read, .., move |result| {
             let _ = sender.send(result);
         });
-        let waited = gpu.device.poll(PollType::wait_indefinitely());
         let lost = |what: String| match self.gpu.lost() {
             Some(reason) => GpuError::Lost(reason),
             None => GpuError::Refused(what),
         };
-        waited.map_err(|error| lost(error.to_string()))?;
-        match receiver.try_recv() {
-            Ok(Ok(())) => {}
-            Ok(Err(error)) => return Err(lost(error.to_string())),
-            Err(_) => return Err(lost("no answer to a read".to_owned())),
-        }
+        let answer = loop {
+            let waited = gpu.device.poll(PollType::wait_indefinitely());
+            waited.map_err(|error| lost(error.to_string()))?;
+            // Another thread that polls may have taken the answer, and be about to deliver it.
+            match receiver.recv_timeout(DELIVERY) {
+                Ok(answer) => break answer,
+                Err(RecvTimeoutError::Timeout) if self.gpu.lost().is_none() => {}
+                Err(_) => return Err(lost("no answer to a read".to_owned())),
+            }
+        };
+        answer.map_err(|error| lost(error.to_string()))?;
         let view = staging.get_mapped_range(..).map_err(|error| lost(error.to_string()))?;
         bytes.copy_from_slice(&view[..bytes.len()]);
         gpu.counters.downloaded.fetch_add(bytes.len() as u64, Ordering::Relaxed);
         gpu.counters.download_us.fetch_add(start.elapsed().as_micros() as u64, Ordering::Relaxed);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{GpuSettings, testing};
+
+    #[test]
+    fn on_the_device_threads_that_read_at_once_get_their_answers() {
+        let Some(gpu) = testing::gpu(GpuSettings::default()) else { return };
+        std::thread::scope(|scope| {
+            for thread in 0..8u32 {
+                let gpu = &gpu;
+                scope.spawn(move || {
+                    for round in 0..4000 {
+                        let contents = [thread, round, 7, thread * round];
+                        let buffer = gpu.upload(&contents).unwrap();
+                        let mut found = [0u32; 4];
+                        Batch::new(gpu).read(&buffer, &mut found).unwrap();
+                        assert_eq!(found, contents);
+                    }
+                });
+            }
+        });
     }
 }
