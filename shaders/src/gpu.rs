@@ -461,6 +461,19 @@ mod tests {
     }
 
     #[test]
+    fn on_the_device_of_a_window_work_is_done_too() {
+        let Some(_) = testing::gpu(GpuSettings::default()) else { return };
+        let instance = crate::adapters::instance();
+        let adapter = crate::adapters::choose(&instance, None).unwrap();
+        let descriptor =
+            wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
+        let gpu = Gpu::from_window(&adapter, device, queue, GpuSettings::default());
+        assert_eq!(sums(&gpu, &[3, 4]).unwrap(), [0, 3, 7]);
+        assert_eq!(gpu.report(), testing::gpu(GpuSettings::default()).unwrap().report());
+    }
+
+    #[test]
     fn on_the_device_what_is_kept_gives_way_the_oldest_first() {
         let settings = GpuSettings { memory: 3 << 20, ..Default::default() };
         let Some(gpu) = testing::gpu(settings) else { return };
