@@ -2,7 +2,7 @@
 //!
 //! The rule of `auto`: a node runs on the device if it says that it can, if there is a device that is faster than the CPU threads,
 //! and if its work there, with starting it and moving its data, takes less time than here. Nodes that cannot tell how much
-//! work they have run on the device.
+//! work they have run on the device. Nodes whose results differ there run there only if it is asked for, under keys of their own.
 
 use std::any::Any;
 use std::sync::{Arc, OnceLock};
@@ -84,6 +84,14 @@ impl Devices {
         }
     }
 
+    /// The device that nodes run on whose results differ there.
+    pub fn apart(&self) -> Option<String> {
+        if self.choice != DeviceChoice::Gpu {
+            return None;
+        }
+        self.get().ok().map(|device| device.name())
+    }
+
     /// In words what nodes with a choice run on.
     pub fn describe(&self) -> String {
         match self.get() {
@@ -118,6 +126,9 @@ impl Devices {
         };
         if self.choice == DeviceChoice::Gpu {
             return Placed { device: Some(device), why: "a compute device was asked for".to_owned() };
+        }
+        if node.ty.spec.placement == Placement::Apart {
+            return cpu("it rounds otherwise on a compute device, which has to be asked for");
         }
         if self.aside(&device) {
             return cpu("the compute device is no faster than CPU threads");

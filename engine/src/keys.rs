@@ -15,11 +15,14 @@ pub(crate) type Key = Digest;
 /// The key of a node: its type and version, its parameters, the contents of its files, and the digests
 /// of the values linked to each of its inputs.
 ///
+/// `device` names the compute device of a node that rounds otherwise there.
+///
 /// Of a path only the extension counts, since nodes choose the file format by it.
 pub(crate) fn node_key(
     node: &GraphNode,
     files: &BTreeMap<&'static str, Digest>,
     inputs: &[Vec<Digest>],
+    device: Option<&str>,
 ) -> Key {
     let mut hasher = Fields(blake3::Hasher::new());
     let spec = &node.ty.spec;
@@ -47,6 +50,10 @@ pub(crate) fn node_key(
         for digest in digests {
             hasher.bytes(&digest.0);
         }
+    }
+    if let Some(device) = device {
+        hasher.text("device");
+        hasher.text(device);
     }
     hasher.0.finalize().into()
 }

@@ -84,6 +84,7 @@ pub struct Context<'a> {
     pub(crate) cancel: &'a CancelToken,
     pub(crate) progress: &'a (dyn Fn(f32) + Sync),
     pub(crate) device: Option<Arc<dyn ComputeDevice>>,
+    pub(crate) apart: bool,
     pub(crate) device_used: AtomicBool,
     pub(crate) warn: &'a (dyn Fn(String) + Sync),
 }
@@ -238,6 +239,12 @@ impl Context<'_> {
         let device = self.device.as_deref().filter(|device| device.lost().is_none())?;
         self.device_used.store(true, Ordering::Relaxed);
         Some(device)
+    }
+
+    /// The compute device, if the node is to run there and its results may differ from the CPU's in rounding: those of a node that
+    /// says so ([`crate::Placement::Apart`]).
+    pub fn device_for_floats(&self) -> Option<&dyn ComputeDevice> {
+        if self.apart { self.device() } else { None }
     }
 
     /// Tells of something that does not stop the node.

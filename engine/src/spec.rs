@@ -120,6 +120,9 @@ pub enum Placement {
     Cpu,
     /// On CPU threads or on the compute device, with the same result bit for bit.
     CpuOrGpu,
+    /// On CPU threads, or on the compute device with a result that differs in rounding. The two are kept apart in the cache, and
+    /// `auto` stays with CPU threads, so that what comes out depends on what is asked for alone.
+    Apart,
 }
 
 /// Everything there is to know of a node type but how it computes.
@@ -176,6 +179,12 @@ impl NodeSpec {
     /// Says that the node runs on a compute device too, with the same result bit for bit.
     pub fn on_device(mut self) -> Self {
         self.placement = Placement::CpuOrGpu;
+        self
+    }
+
+    /// Says that the node runs on a compute device too, with a result that differs in rounding.
+    pub fn on_device_apart(mut self) -> Self {
+        self.placement = Placement::Apart;
         self
     }
 

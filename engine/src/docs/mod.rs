@@ -24,7 +24,7 @@ pub struct NodeDoc {
     pub docs: &'static str,
     /// The paper and section it implements.
     pub paper: Option<&'static str>,
-    /// `cpu`, or `cpu or gpu`.
+    /// In words where it runs.
     pub placement: &'static str,
     /// Its inputs.
     pub inputs: Vec<SocketDoc>,
@@ -102,6 +102,7 @@ pub fn describe(spec: &NodeSpec) -> NodeDoc {
         placement: match spec.placement {
             Placement::Cpu => "cpu",
             Placement::CpuOrGpu => "cpu or gpu",
+            Placement::Apart => "cpu, or gpu with another rounding if that is asked for",
         },
         inputs: sockets(&spec.inputs),
         outputs: sockets(&spec.outputs),

@@ -11,6 +11,7 @@ use crate::engine::Shared;
 use crate::estimate::Sizing;
 use crate::events::{CacheLevel, Device};
 use crate::graph::{Graph, GraphNode, Problems, Source};
+use crate::spec::Placement;
 
 /// What would happen to a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -92,7 +93,7 @@ pub(crate) fn explain(shared: &Shared, graph: &Graph, outputs: &[&str]) -> Resul
     if !problems.is_empty() {
         return Err(Problems(problems).into());
     }
-    let mut state = RunState::new(graph, presence, targets, false);
+    let mut state = RunState::new(graph, presence, targets, false, apart(shared, graph));
     let mut failures = read_files(shared, &mut state);
     let levels = settle(shared, &mut state);
     let demands = state.demands();
@@ -143,6 +144,12 @@ fn estimates(state: &RunState<'_>) -> Vec<Option<u64>> {
         };
     }
     sizes
+}
+
+/// The device that makes a difference to keys, opened only if there is a node that it makes one to.
+pub(crate) fn apart(shared: &Shared, graph: &Graph) -> Option<String> {
+    let any = graph.nodes.iter().any(|node| node.ty.spec.placement == Placement::Apart);
+    any.then(|| shared.devices.apart()).flatten()
 }
 
 /// Where a node would run, if it has a choice, and why.

@@ -6,6 +6,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
+use super::explain::apart;
 use super::files::{self, FileState};
 use super::state::{Action, Demand, RunState, Status};
 use super::task::{Message, Task};
@@ -50,7 +51,8 @@ pub(crate) fn run(order: &Order<'_>) -> Result<RunResult, RunError> {
         named.iter().map(|(_, source)| order.graph.lacks(*source, &presence.absent)).collect();
     let there = named.iter().zip(&lacks).filter(|(_, lack)| lack.is_none());
     let targets = there.map(|((_, source), _)| *source).collect();
-    let state = RunState::new(order.graph, presence, targets, order.checked);
+    let state =
+        RunState::new(order.graph, presence, targets, order.checked, apart(order.shared, order.graph));
 
     let (sender, receiver) = channel();
     let mut scheduler = Scheduler {
@@ -285,6 +287,7 @@ impl Scheduler<'_> {
             cancelled_at: Arc::clone(&self.cancelled_at),
             check: self.order.checked.then(|| self.state.nodes[node].expected.clone()),
             device: placed.device.clone(),
+            promised: self.state.is_apart(node) && self.state.apart.is_some(),
             sender: self.sender.clone(),
         };
         if !self.is_machinery(node) {

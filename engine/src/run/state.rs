@@ -8,7 +8,7 @@ use crate::cache::{Cache, OutputRecord, Record};
 use crate::flow::Flag;
 use crate::graph::{Graph, Presence, Source};
 use crate::keys::{Key, node_key};
-use crate::spec::{ParamKind, ParamValue};
+use crate::spec::{ParamKind, ParamValue, Placement};
 use crate::value::{Data, Value};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,11 +74,19 @@ pub(crate) struct RunState<'a> {
     pub files: Files,
     /// Whether cached results are computed again and compared.
     pub checked: bool,
+    /// The compute device, if nodes that round otherwise there run on it.
+    pub apart: Option<String>,
 }
 
 impl<'a> RunState<'a> {
     /// The state before anything is known. Targets must be present.
-    pub fn new(graph: &'a Graph, presence: Presence, targets: Vec<Source>, checked: bool) -> Self {
+    pub fn new(
+        graph: &'a Graph,
+        presence: Presence,
+        targets: Vec<Source>,
+        checked: bool,
+        apart: Option<String>,
+    ) -> Self {
         let mut needed = vec![false; graph.nodes.len()];
         for target in &targets {
             needed[target.node] = true;
@@ -103,7 +111,7 @@ impl<'a> RunState<'a> {
             }
         });
         let nodes = nodes.collect();
-        Self { graph, presence, region, targets, nodes, files: Files::default(), checked }
+        Self { graph, presence, region, targets, nodes, files: Files::default(), checked, apart }
     }
 
     /// The links into a node whose values it needs, as far as that is known.
@@ -171,6 +179,11 @@ impl<'a> RunState<'a> {
         warnings
     }
 
+    /// Whether a node's results on a compute device are kept apart.
+    pub fn is_apart(&self, node: usize) -> bool {
+        self.graph.nodes[node].ty.spec.placement == Placement::Apart
+    }
+
     fn key(&self, node: usize) -> Option<Key> {
         let mut files = BTreeMap::new();
         for (name, path) in self.paths(node) {
@@ -188,7 +201,8 @@ impl<'a> RunState<'a> {
         }
         let inputs = self.linked(node).map(|links| links.iter().map(digest).collect::<Option<Vec<_>>>());
         let inputs = inputs.collect::<Option<Vec<_>>>()?;
-        Some(node_key(&self.graph.nodes[node], &files, &inputs))
+        let device = self.apart.as_deref().filter(|_| self.is_apart(node));
+        Some(node_key(&self.graph.nodes[node], &files, &inputs, device))
     }
 
     /// The record of one output, if it is known.

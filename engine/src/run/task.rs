@@ -16,6 +16,7 @@ use crate::events::Device;
 use crate::graph::Graph;
 use crate::keys::Key;
 use crate::node::{CancelToken, Context, NodeError};
+use crate::spec::Placement;
 use crate::value::Value;
 
 /// A node that goes on for longer than this after a cancellation is named.
@@ -57,6 +58,8 @@ pub(crate) struct Task {
     pub check: Option<Option<Arc<Record>>>,
     /// The compute device, if the node is to run there.
     pub device: Option<Arc<dyn ComputeDevice>>,
+    /// Whether the key says that the node runs there.
+    pub promised: bool,
     pub sender: Sender<Message>,
 }
 
@@ -71,7 +74,10 @@ impl Task {
         // What is let go of before the run hears can be let go of by the memory cache as well.
         self.inputs.clear();
         self.files.clear();
-        if let Ok((record, values)) = &result {
+        // A device that was lost leaves a result of the CPU under a key that is not its own: good for this run alone.
+        let lost = self.device.as_ref().is_none_or(|device| device.lost().is_some());
+        let broken = self.promised && (lost || device == Device::Cpu);
+        if let (Ok((record, values)), false) = (&result, broken) {
             self.shared.cache.keep(&self.key, record, values);
         }
         self.shared.flights.land(self.key, result.as_ref().ok());
@@ -82,7 +88,7 @@ impl Task {
         // If the run has returned already, there is nobody to tell.
         let _ = self.sender.send(Message::Ran { node: self.node, seconds, device, result });
         if let Some((record, values)) = outputs {
-            let warning = self.store(&record, &values);
+            let warning = if broken { None } else { self.store(&record, &values) };
             drop(values);
             let _ = self.sender.send(Message::Stored { warning });
         }
@@ -136,6 +142,7 @@ impl Task {
             cancel: &self.cancel,
             progress: &report,
             device: self.device.clone(),
+            apart: spec.placement == Placement::Apart,
             device_used: AtomicBool::new(false),
             warn: &warn,
         };

@@ -271,6 +271,27 @@ pub fn registry() -> Registry {
             },
         ),
         Tiny(
+            || {
+                value(spec("test.rounding").on_device_apart()).output(
+                    "out",
+                    "number",
+                    "It, one more on a device.",
+                )
+            },
+            |c| {
+                let lost = |device: &dyn ComputeDevice| {
+                    device.as_any().downcast_ref::<Pretended>().is_some_and(Pretended::lose)
+                };
+                let more = match c.device_for_floats() {
+                    Some(device) if lost(device) => 0,
+                    Some(_) => 1,
+                    None => 0,
+                };
+                c.set("out", Number(c.int("value")? + more));
+                Ok(())
+            },
+        ),
+        Tiny(
             || value(spec("test.impure")).output("out", "number", "Another one each time."),
             |c| {
                 c.set("out", Number(CALLS.fetch_add(1, Ordering::Relaxed)));

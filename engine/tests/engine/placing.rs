@@ -119,3 +119,47 @@ fn a_plan_says_where_nodes_would_run_and_why() {
     assert_eq!(place("little").unwrap().0, Device::Cpu);
     assert_eq!(place("unknown").unwrap(), (Device::Gpu, "its work is not known beforehand".to_owned()));
 }
+
+fn rounding() -> Graph {
+    graph(r#""round": (type: "test.rounding", params: (value: 40))"#, "")
+}
+
+#[test]
+fn results_that_differ_on_a_device_are_kept_apart_and_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let engine = |choice| {
+        let open = || -> Result<Arc<dyn breccia_engine::ComputeDevice>, String> {
+            Ok(Arc::new(Pretended { speedup: 20.0, loses: false, lost: AtomicBool::new(false) }))
+        };
+        let builder = Engine::builder().cache_dir(Some(folder.path().into())).device(choice);
+        build(builder.compute(Box::new(open)))
+    };
+    let run = |choice| run(&engine(choice), &rounding(), &["round.out"]);
+    let there = run(DeviceChoice::Gpu);
+    assert_eq!((there.number("round.out"), on_device(&there)), (41, vec!["round"]));
+    // What is found in the cache is what would be computed.
+    let here = run(DeviceChoice::Cpu);
+    assert_eq!((here.number("round.out"), here.computed()), (40, vec!["round"]));
+    let auto = run(DeviceChoice::Auto);
+    assert_eq!((auto.number("round.out"), auto.computed().len()), (40, 0));
+    let again = run(DeviceChoice::Gpu);
+    assert_eq!((again.number("round.out"), again.computed().len()), (41, 0));
+}
+
+#[test]
+fn what_the_processor_made_for_a_lost_device_is_not_kept_as_the_devices() {
+    let folder = tempfile::tempdir().unwrap();
+    let engine = |loses| {
+        let open = move || -> Result<Arc<dyn breccia_engine::ComputeDevice>, String> {
+            Ok(Arc::new(Pretended { speedup: 20.0, loses, lost: AtomicBool::new(false) }))
+        };
+        let builder = Engine::builder().cache_dir(Some(folder.path().into())).device(DeviceChoice::Gpu);
+        build(builder.compute(Box::new(open)))
+    };
+    // The device is lost while the node uses it: the key speaks of the device, the processor does the work.
+    let lost = run(&engine(true), &rounding(), &["round.out"]);
+    assert_eq!(lost.number("round.out"), 40);
+    assert_eq!(run(&engine(false), &rounding(), &["round.out"]).number("round.out"), 41);
+    let plain = build(Engine::builder().cache_dir(Some(folder.path().into())).device(DeviceChoice::Cpu));
+    assert_eq!(run(&plain, &rounding(), &["round.out"]).computed(), ["round"]);
+}
