@@ -465,8 +465,7 @@ mod tests {
         let Some(_) = testing::gpu(GpuSettings::default()) else { return };
         let instance = crate::adapters::instance();
         let adapter = crate::adapters::choose(&instance, None).unwrap();
-        let descriptor =
-            wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
+        let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
         let gpu = Gpu::from_window(&adapter, device, queue, GpuSettings::default());
         assert_eq!(sums(&gpu, &[3, 4]).unwrap(), [0, 3, 7]);
