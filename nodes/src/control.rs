@@ -21,6 +21,12 @@ pub trait Control: Sync {
         None
     }
 
+    /// The compute device for work in floats, whose answers may differ in rounding from the processor's; only where the caller
+    /// keeps them apart.
+    fn gpu_for_floats(&self) -> Option<&Gpu> {
+        None
+    }
+
     /// Hears that the device is gone, and that the computation goes on without it.
     fn device_lost(&self, error: &GpuError) {
         let _ = error;
@@ -107,7 +113,26 @@ pub(crate) fn on_device<T>(
     control: &dyn Control,
     work: impl FnOnce(&Gpu) -> Result<T, GpuError>,
 ) -> Result<Option<T>, Stopped> {
-    let Some(gpu) = control.gpu() else { return Ok(None) };
+    on_this_device(control.gpu(), control, work)
+}
+
+/// As [`on_device`], for work in floats: only where the caller keeps the answers of the device and of the processor apart.
+///
+/// # Errors
+/// As [`on_device`].
+pub(crate) fn on_device_in_floats<T>(
+    control: &dyn Control,
+    work: impl FnOnce(&Gpu) -> Result<T, GpuError>,
+) -> Result<Option<T>, Stopped> {
+    on_this_device(control.gpu_for_floats(), control, work)
+}
+
+fn on_this_device<T>(
+    gpu: Option<&Gpu>,
+    control: &dyn Control,
+    work: impl FnOnce(&Gpu) -> Result<T, GpuError>,
+) -> Result<Option<T>, Stopped> {
+    let Some(gpu) = gpu else { return Ok(None) };
     match gpu.scope(|| work(gpu)) {
         Ok(made) => Ok(Some(made)),
         Err(error @ GpuError::Lost(_)) => {
@@ -131,6 +156,8 @@ pub(crate) mod testing {
     /// Whoever asks for work on a device.
     pub struct OnDevice {
         pub gpu: Gpu,
+        /// Whether it may be used for floats.
+        floats: bool,
         losses: AtomicU32,
         /// Questions that are answered before the work is cancelled.
         patience: AtomicU32,
@@ -140,7 +167,8 @@ pub(crate) mod testing {
         /// On the device that tests run on; `None` if there is none and the test is to be skipped.
         pub fn open(settings: GpuSettings) -> Option<Self> {
             let gpu = testing::gpu(settings)?;
-            Some(Self { gpu, losses: AtomicU32::new(0), patience: AtomicU32::new(u32::MAX) })
+            let patience = AtomicU32::new(u32::MAX);
+            Some(Self { gpu, floats: false, losses: AtomicU32::new(0), patience })
         }
 
         /// The same with a mistake in a kernel: `wrong` where its text has `right`.
@@ -148,6 +176,11 @@ pub(crate) mod testing {
             let text = kernel.source.replace(right, wrong);
             assert_ne!(text, kernel.source, "the mistake in {} has no place", kernel.name);
             Self::open(GpuSettings { texts: [(kernel.name, text)].into(), ..Default::default() })
+        }
+
+        /// The same, also where answers differ in rounding.
+        pub fn in_floats(self) -> Self {
+            Self { floats: true, ..self }
         }
 
         /// The same, cancelling after so many questions whether it does.
@@ -165,6 +198,10 @@ pub(crate) mod testing {
     impl Control for OnDevice {
         fn gpu(&self) -> Option<&Gpu> {
             Some(&self.gpu)
+        }
+
+        fn gpu_for_floats(&self) -> Option<&Gpu> {
+            self.floats.then_some(&self.gpu)
         }
 
         fn device_lost(&self, _: &GpuError) {

@@ -78,6 +78,9 @@ kernels! {
     /// The nearest of all neighbourhoods.
     EXHAUSTIVE = "optimize/exhaustive" mirrors "search::nearest::PatchTable::nearest", 64,
         [uniform "params", read "coefficients", read "weights", read "queries", write "found"];
+    /// Colours of voxels from the matches around them; rounds as the device does.
+    SOLVE = "optimize/solve" mirrors "optimize::solve::solve_voxels", 64,
+        [uniform "params", read "weights", read "matches", read "texels", read "pixels", read "list", write "solved"];
     /// A map of a lazy solid at points.
     SAMPLE_LAZY = "lazy/sample" mirrors "solid::sample::sample, lazy::solid::LazySolid::look_up", 128,
         [uniform "params", read "taps", read "places", read "state", read "map", write "out"];

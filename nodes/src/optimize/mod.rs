@@ -23,6 +23,7 @@ mod search_node;
 mod solid;
 mod solid_node;
 mod solve;
+mod solve_device;
 mod solve_node;
 mod start;
 mod start_node;
