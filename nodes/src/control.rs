@@ -45,6 +45,9 @@ impl Control for breccia_engine::Context<'_> {
     fn gpu(&self) -> Option<&Gpu> {
         self.device()?.as_any().downcast_ref::<GpuDevice>().map(|device| &device.0)
     }
+    fn gpu_for_floats(&self) -> Option<&Gpu> {
+        self.device_for_floats()?.as_any().downcast_ref::<GpuDevice>().map(|device| &device.0)
+    }
     fn device_lost(&self, error: &GpuError) {
         self.warn(format!("{error}; the work goes on with CPU threads"));
     }

@@ -25,6 +25,7 @@ impl Node for SolveNode {
              that they suit all sizes; (4) in the paper counts voxels instead.",
         )
         .paper("Chen & Wang 2010, sections 4.2 and 4.4.1, equations 1, 2 and 4; Kopf et al. 2007, equation 3 of the former")
+        .on_device_apart()
         .input("matches", "matches", "The nearest neighbourhoods.")
         .input("pyramid", "pyramid", "The exemplar's levels.")
         .optional("field", "field", "The voxels that were matched: their histograms are the ones to start with.")
