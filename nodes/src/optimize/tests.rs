@@ -446,3 +446,161 @@ fn on_the_device_wrong_kernels_of_the_search_are_noticed() {
         assert!(ask(&device) != ask(&()), "{}: {wrong}", kernel.name);
     }
 }
+
+fn some_solving() -> impl Strategy<Value = SolveSettings> {
+    let solver = prop_oneof![Just(Solver::Discrete), Just(Solver::Mean)];
+    let strength = || prop_oneof![Just(0.0), 1.0..6000.0];
+    (solver, 0.0..2.0, strength(), 0..3i32, strength(), any::<u64>(), 0..9u32).prop_map(
+        |(solver, gamma, position, smoothing, color, seed, sweep)| {
+            let weights = WeightSettings { position, smoothing, color };
+            SolveSettings { solver, gamma, weights, seed, sweep }
+        },
+    )
+}
+
+/// How far fields that were solved for in floats lie apart.
+#[derive(Debug, Default)]
+struct Apart {
+    voxels: usize,
+    /// Voxels that choose another texel.
+    texels: usize,
+    /// Channels that differ by more than a step of 255.
+    channels: usize,
+}
+
+impl Apart {
+    fn add(&mut self, a: &Field, b: &Field) {
+        let chosen = |field: &Field, i: usize| (field.view_of(i), field.sources[field.view_of(i)][i]);
+        self.voxels += a.voxels();
+        self.texels += (0..a.voxels()).filter(|&i| chosen(a, i) != chosen(b, i)).count();
+        let pairs = a.colors.as_flattened().iter().zip(b.colors.as_flattened());
+        self.channels += pairs.filter(|(a, b)| a.abs_diff(**b) > 1).count();
+    }
+
+    /// The shares of voxels and of channels.
+    fn shares(&self) -> [f64; 2] {
+        let voxels = self.voxels.max(1) as f64;
+        [self.texels as f64 / voxels, self.channels as f64 / (4.0 * voxels)]
+    }
+}
+
+#[test]
+fn on_the_device_solvers_differ_by_rounding_only() {
+    let Some(device) = OnDevice::open(GpuSettings::default()).map(OnDevice::in_floats) else { return };
+    let map = Image::from_fn(16, 16, |x, y| [(x * 16 + y) as u8]);
+    let apart = std::cell::RefCell::new([Apart::default(), Apart::default()]);
+    let solve_cases = (some_scene(), some_search(), some_solving(), any::<bool>(), any::<bool>());
+    let result = cases(60).run(&solve_cases, |(scene, search_settings, settings, with_field, with_map)| {
+        let map = with_map.then(|| ControlMap::new(&map, &scene.pyramid, 0).unwrap());
+        let views = &scene.pyramid.levels[0];
+        let matches = search(&scene.field, &scene.patches, None, None, &search_settings, &()).unwrap();
+        let before = with_field.then_some(&scene.field);
+        let ask =
+            |control: &dyn Control| solve(&matches, views, before, map.as_ref(), &settings, control).unwrap();
+        let (on_cpu, on_device) = (ask(&()), ask(&device));
+        prop_assert!(ask(&device) == on_device);
+        prop_assert!(on_device.index == on_cpu.index);
+        apart.borrow_mut()[usize::from(settings.solver == Solver::Mean)].add(&on_cpu, &on_device);
+        Ok(())
+    });
+    result.unwrap();
+    assert_eq!(device.losses(), 0);
+    let [discrete, mean] = apart.into_inner();
+    eprintln!("{discrete:?} {mean:?}");
+    assert!(discrete.voxels > 2000 && mean.voxels > 2000);
+    assert!(discrete.shares()[0] < 0.01 && mean.shares()[1] < 0.01, "{discrete:?}, {mean:?}");
+}
+
+/// One sweep of strong histograms over a box, from whoever solves.
+fn swept(scene: &Scene, solver: Solver, control: &dyn Control) -> Field {
+    let matches =
+        search(&scene.field, &scene.patches, Some(&scene.sets), None, &settings(Method::Coherent), &())
+            .unwrap();
+    let weights = WeightSettings { position: 300.0, smoothing: 0, color: 5000.0 };
+    let set = SolveSettings { weights, ..solving(solver) };
+    solve(&matches, &scene.pyramid.levels[0], Some(&scene.field), None, &set, control).unwrap()
+}
+
+#[test]
+fn on_the_device_that_rounds_in_another_way_solvers_stay_near() {
+    let three = (0..3).map(|i| view(40 + i, 44 - i, i == 1, i as u64)).collect();
+    let scenes = [scene(vec![view(48, 48, true, 3)], 6, [24, 25, 26]), scene(three, 8, [20, 24, 22])];
+    let products = ("sums += weight * color", "sums = fma(vec4<f32>(weight), color, sums)");
+    for (right, wrong) in [products, ("sums / total", "sums * (1.0 / total) * 1.000001")] {
+        let Some(device) = OnDevice::mistaken(&kernels::SOLVE, right, wrong) else { return };
+        let device = device.in_floats();
+        for scene in &scenes {
+            for solver in [Solver::Discrete, Solver::Mean] {
+                let mut apart = Apart::default();
+                apart.add(&swept(scene, solver, &()), &swept(scene, solver, &device));
+                let [texels, channels] = apart.shares();
+                eprintln!("{wrong} {solver:?} {apart:?}");
+                assert!(solver == Solver::Mean || texels < 0.01, "{wrong}: {apart:?}");
+                assert!(channels < 0.01, "{wrong}: {apart:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn on_the_device_the_solver_needs_leave_to_round() {
+    let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
+    let scene = &scenes()[2];
+    for solver in [Solver::Discrete, Solver::Mean] {
+        assert!(swept(scene, solver, &device) == swept(scene, solver, &()));
+    }
+    assert_eq!(device.gpu.traffic().dispatches, 0);
+    let device = device.in_floats();
+    swept(scene, Solver::Discrete, &device);
+    assert!(device.gpu.traffic().dispatches > 0);
+}
+
+#[test]
+fn on_the_device_that_is_lost_the_processor_solves() {
+    let scene = &scenes()[0];
+    for dispatches in [0, 3, 40] {
+        let Some(device) = OnDevice::open(GpuSettings::default()).map(OnDevice::in_floats) else { return };
+        device.gpu.lose_after(dispatches);
+        assert!(swept(scene, Solver::Mean, &device) == swept(scene, Solver::Mean, &()));
+        assert_eq!(device.losses(), 1, "after {dispatches} dispatches");
+    }
+}
+
+#[test]
+fn on_the_device_a_solver_stops_when_it_is_told_to_or_has_no_room() {
+    let scene = &scenes()[0];
+    let matches =
+        search(&scene.field, &scene.patches, None, None, &settings(Method::Exhaustive), &()).unwrap();
+    let ask = |control: &dyn Control| {
+        solve(&matches, &scene.pyramid.levels[0], None, None, &solving(Solver::Discrete), control)
+    };
+    for questions in [0, 1, 7] {
+        let Some(device) = OnDevice::open(GpuSettings::default()) else { return };
+        assert_eq!(ask(&device.in_floats().patient(questions)).err(), Some(Stopped::Cancelled));
+    }
+    let Some(device) = OnDevice::open(GpuSettings { memory: 20_000, ..Default::default() }) else { return };
+    let error = ask(&device.in_floats()).err();
+    assert!(matches!(error, Some(Stopped::Device(GpuError::OutOfMemory(_)))), "{error:?}");
+}
+
+#[test]
+fn on_the_device_wrong_kernels_of_the_solver_are_noticed() {
+    let scene = &scenes()[2];
+    // A neighbour, a match's weight, a texel's, the last among equals, rounding down, a view that is not looked at.
+    for (right, wrong, solver) in [
+        ("around(here[c], -params.lead", "around(here[c], 1 - params.lead", Solver::Mean),
+        ("weights[matched >> 16u & 2047u] *", "", Solver::Mean),
+        ("* texel.weight", "", Solver::Mean),
+        ("gap < gap_here", "gap <= gap_here", Solver::Discrete),
+        ("vec4<f32>(0.5)", "vec4<f32>(0.0)", Solver::Mean),
+        ("best[view] < best[chosen]", "best[view] > best[chosen]", Solver::Discrete),
+    ] {
+        let Some(device) = OnDevice::mistaken(&kernels::SOLVE, right, wrong) else { return };
+        let mut apart = Apart::default();
+        let (on_cpu, on_device) = (swept(scene, solver, &()), swept(scene, solver, &device.in_floats()));
+        apart.add(&on_cpu, &on_device);
+        eprintln!("{wrong} {apart:?}");
+        let off = if solver == Solver::Mean && right != "vec4<f32>(0.5)" { apart.shares()[1] } else { 0.0 };
+        assert!(on_cpu != on_device && off.max(apart.shares()[0]) > 0.01, "{wrong}: {apart:?}");
+    }
+}

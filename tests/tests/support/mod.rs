@@ -61,10 +61,18 @@ pub fn small(name: &str, registry: &Registry) -> Graph {
     }
     // Where particles leave no room for coarser levels there is one; elsewhere small pictures still get two.
     let levels = name.starts_with("lazy") || name.starts_with("pbr") || name.starts_with("wood");
+    let crowded = ["hybrid_mesh", "hybrid_slice", "particles_volume", "recolour"].contains(&name);
     let nodes: Vec<_> = graph.nodes().map(|(node, spec)| (node.to_owned(), spec.id)).collect();
     for (node, id) in nodes {
         if id == "lazy.pyramid" && levels {
             graph.set(&format!("{node}.levels"), &ParamValue::Int(2)).unwrap();
+        }
+        // A smaller crowd, in a solid that repeats with it.
+        if crowded && id == "particles.pack" {
+            graph.set(&format!("{node}.size"), &ParamValue::Int(64)).unwrap();
+        }
+        if crowded && id == "lazy.synthesis" {
+            graph.set(&format!("{node}.period"), &ParamValue::Int(64)).unwrap();
         }
         for (_, param, value) in SMALL.iter().filter(|small| small.0 == id) {
             graph.set(&format!("{node}.{param}"), &ParamValue::Int(*value)).unwrap();
