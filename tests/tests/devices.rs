@@ -4,6 +4,7 @@ mod support;
 
 use std::any::Any;
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::{Arc, Mutex, OnceLock};
 
 use breccia_engine::{
@@ -191,4 +192,40 @@ fn on_the_device_in_floats_an_optimised_volume_is_nearly_the_same() {
     let different = a.chunks(3).zip(b.chunks(3)).filter(|(a, b)| a != b).count();
     // A texel that is chosen otherwise leads the sweeps after it another way, so few voxels differ, but not by little.
     assert!(a.len() == b.len() && different * 20 <= a.len() / 3, "{different} of {} voxels", a.len() / 3);
+}
+
+/// The names of all tests that do nothing without a device, from the sources.
+fn tests_of_the_device(folder: &Path, found: &mut Vec<String>) {
+    for entry in std::fs::read_dir(folder).unwrap().flatten() {
+        let path = entry.path();
+        if path.is_dir() && path.file_name() != Some("target".as_ref()) {
+            tests_of_the_device(&path, found);
+        } else if path.extension() == Some("rs".as_ref()) {
+            let text = std::fs::read_to_string(&path).unwrap();
+            let names = text.lines().filter_map(|line| {
+                let line = line.trim_start();
+                let name = line.strip_prefix("fn ").or(Some(line))?;
+                let end = name.find(|c: char| !c.is_ascii_alphanumeric() && c != '_')?;
+                name.starts_with("on_the_device_").then(|| name[..end].to_owned())
+            });
+            found.extend(names);
+        }
+    }
+}
+
+#[test]
+fn tests_of_the_device_run_or_are_skipped_by_name() {
+    let mut tests = Vec::new();
+    for folder in ["shaders", "nodes", "cli", "tests"] {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        tests_of_the_device(&root.join(folder), &mut tests);
+    }
+    assert!(tests.len() > 50, "{tests:?}");
+    match device() {
+        Some(gpu) => eprintln!("{} tests run on {}", tests.len(), gpu.report().name),
+        None => {
+            tests.iter().for_each(|test| eprintln!("skipped: {test}"));
+            eprintln!("{} tests are skipped for want of a compute device", tests.len());
+        }
+    }
 }

@@ -42,7 +42,7 @@ fn same(stages: &Stages, settings: &Settings, wanted: &VoxelSet, device: &OnDevi
 pub(super) fn some_settings() -> impl Strategy<Value = Settings> {
     // Octants seldom: one voxel needs tens of thousands of corrections then.
     let schedule =
-        prop_oneof![12 => Just(Schedule::Jacobi), 2 => Just(Schedule::Parity), 1 => Just(Schedule::Octants)];
+        prop_oneof![40 => Just(Schedule::Jacobi), 4 => Just(Schedule::Parity), 1 => Just(Schedule::Octants)];
     let period = prop_oneof![
         Just(None),
         Just(Some([16, 24, 32])),
