@@ -93,8 +93,10 @@ impl Padded {
 /// `before` is the field that the matches were made from; its histograms are the ones to start with.
 ///
 /// Where [`Control::gpu_for_floats`] offers a compute device it is used. It gives the same bits each time, and differs from the
-/// processor as little as rounding does: after one sweep less than 1 % of the voxels choose another texel, and less than 1 % of the
-/// channels of a mean differ by more than one step of 255.
+/// processor as rounding does: where histograms do not count, after one sweep less than 1 % of the voxels choose another texel, and
+/// less than 1 % of the channels of a mean differ by more than one step of 255. Strong histograms amplify what differs: one voxel
+/// that chooses otherwise changes the weights of the phases after it, and their voxels may go another way, as with another seed;
+/// texels are held back as much as before.
 ///
 /// # Errors
 /// [`Stopped`].

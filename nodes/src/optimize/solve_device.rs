@@ -91,7 +91,7 @@ pub(super) fn run(gpu: &Gpu, mut sweep: Sweep<'_>, control: &dyn Control) -> Res
     let mut solved = vec![Solved::default(); longest];
     let mut batch = Batch::new(gpu);
     let cancelled = || control.is_cancelled();
-    let overlapping = (matches.window.pixels() * wanted.len()) as f64;
+    let overlapping = (matches.window.pixels() * wanted.len()).max(1) as f64;
     for (p, range) in phases.ranges().enumerate() {
         if cancelled() {
             return Err(GpuError::Cancelled);
