@@ -19,6 +19,8 @@ mod memory;
 mod pipelines;
 mod resident;
 pub mod testing;
+#[cfg(test)]
+mod tests;
 
 pub use adapters::{AdapterKind, AdapterReport, adapters};
 pub use batch::{Batch, Groups};

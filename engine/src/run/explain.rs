@@ -1,16 +1,13 @@
 //! What a run would do, found out without running anything.
 
-use std::collections::BTreeMap;
-
 use serde::Serialize;
 
 use super::RunError;
 use super::files;
 use super::state::{Action, RunState, Status};
 use crate::engine::Shared;
-use crate::estimate::Sizing;
 use crate::events::{CacheLevel, Device};
-use crate::graph::{Graph, GraphNode, Problems, Source};
+use crate::graph::{Graph, Problems, Source};
 use crate::spec::Placement;
 
 /// What would happen to a node.
@@ -134,12 +131,11 @@ fn estimates(state: &RunState<'_>) -> Vec<Option<u64>> {
     let mut sizes: Vec<Option<u64>> = vec![None; state.nodes.len()];
     // Sources come first.
     for &node in &state.region {
-        let graph_node = &state.graph.nodes[node];
         sizes[node] = match &state.nodes[node].record {
             Some(record) => Some(record.bytes()),
             None => {
-                let sizing = Sizing { params: &graph_node.params, inputs: inputs(graph_node, &sizes) };
-                graph_node.ty.node.estimate(&sizing)
+                let sizing = state.sizing(node, |source| sizes[source.node]);
+                state.graph.nodes[node].ty.node.estimate(&sizing)
             }
         };
     }
@@ -159,21 +155,12 @@ fn placement(
     sizes: &[Option<u64>],
     node: usize,
 ) -> Option<(Device, String)> {
-    let node = &state.graph.nodes[node];
-    if !shared.devices.asked(node) {
+    let graph_node = &state.graph.nodes[node];
+    if !shared.devices.asked(graph_node) {
         return None;
     }
-    let placed = shared.devices.place(node, &Sizing { params: &node.params, inputs: inputs(node, sizes) });
+    let placed = shared.devices.place(graph_node, &state.sizing(node, |source| sizes[source.node]));
     Some((placed.device(), placed.why))
-}
-
-/// The sizes of a node's inputs, as far as they are known.
-fn inputs(node: &GraphNode, sizes: &[Option<u64>]) -> BTreeMap<&'static str, Option<u64>> {
-    let size = |links: &Vec<Source>| {
-        let known = links.iter().map(|source| sizes[source.node]);
-        known.reduce(|a, b| Some(a?.saturating_add(b?))).flatten()
-    };
-    node.ty.spec.inputs.iter().zip(&node.links).map(|(socket, links)| (socket.name, size(links))).collect()
 }
 
 /// Reads and hashes the files; nodes whose files are unreadable fail.

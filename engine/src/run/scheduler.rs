@@ -14,7 +14,6 @@ use super::{Failure, RunError, RunResult};
 use crate::cache::Lookup;
 use crate::device::Placed;
 use crate::engine::Shared;
-use crate::estimate::Sizing;
 use crate::events::{CacheLevel, Event, FailureKind};
 use crate::graph::{Graph, Problems, Source};
 use crate::keys::Key;
@@ -308,14 +307,8 @@ impl Scheduler<'_> {
         if devices.asked(graph_node) && !std::mem::replace(&mut self.device_told, true) {
             self.emit(Event::DeviceChosen { message: devices.describe() });
         }
-        let size = |links: &[Source]| {
-            let known =
-                links.iter().map(|source| self.state.output_record(*source).map(|record| record.bytes));
-            known.reduce(|a, b| Some(a?.saturating_add(b?))).flatten()
-        };
-        let sockets = graph_node.ty.spec.inputs.iter();
-        let inputs = sockets.zip(self.state.linked(node)).map(|(socket, links)| (socket.name, size(links)));
-        devices.place(graph_node, &Sizing { params: &graph_node.params, inputs: inputs.collect() })
+        let size = |source: &Source| self.state.output_record(*source).map(|record| record.bytes);
+        devices.place(graph_node, &self.state.sizing(node, size))
     }
 
     fn found_after_all(&mut self, node: usize, key: &Key) -> bool {

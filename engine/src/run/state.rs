@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use super::files::{FileState, Files};
 use crate::cache::{Cache, OutputRecord, Record};
+use crate::estimate::Sizing;
 use crate::flow::Flag;
-use crate::graph::{Graph, Presence, Source};
+use crate::graph::{Graph, GraphNode, Presence, Source};
 use crate::keys::{Key, node_key};
 use crate::spec::{ParamKind, ParamValue, Placement};
 use crate::value::{Data, Value};
@@ -177,6 +178,17 @@ impl<'a> RunState<'a> {
             }
         }
         warnings
+    }
+
+    /// What a node guesses its own size and work from; `size` tells the bytes of an output, if they are known.
+    pub fn sizing(&self, node: usize, size: impl Fn(&Source) -> Option<u64>) -> Sizing<'_> {
+        let GraphNode { ty, params, links, .. } = &self.graph.nodes[node];
+        let sum = |links: &Vec<Source>| {
+            let known = links.iter().map(&size);
+            known.reduce(|a, b| Some(a?.saturating_add(b?))).flatten()
+        };
+        let inputs = ty.spec.inputs.iter().zip(links).map(|(socket, links)| (socket.name, sum(links)));
+        Sizing { params, inputs: inputs.collect() }
     }
 
     /// Whether a node's results on a compute device are kept apart.

@@ -3,13 +3,12 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use breccia_engine::{Data, Digest};
-use breccia_shaders::{Gpu, GpuError};
+use breccia_shaders::Gpu;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::color::{Contrast, OneColor};
-use super::dependency::{dependency, dependency_among, parents};
-use super::device::{Carried, DeviceTables, Finished, Request};
+use super::dependency::{Dependency, dependency, dependency_among, parents};
 use super::domain::Domain;
 use super::field::{Brick, Correction, Field};
 use super::initial::Initial;
@@ -19,27 +18,24 @@ use super::per_level;
 use super::pyramid::{LevelView, Pixel};
 use super::schedule::Settings;
 use super::tables::Tables;
-use super::taken::Taken;
+use super::taken::{Free, Taken};
 use crate::control::{Cancelled, Control, check};
 use crate::data::{
     BRICK_VOXELS, Extent, Map, MapInfo, Solid, SolidError, Tap, VoxelMap, VoxelSet, indices, voxel_at,
 };
 use crate::solid::device::can_sample;
-use crate::solid::voxels_of;
 
 /// Finished bricks of all levels are kept up to this many (5 kB each), so that neighbouring requests share work.
 const CACHED_BRICKS: usize = 24_000;
-/// Points whose bricks must fit into a device's memory at once, or are found on the processor.
-const FEW_POINTS: usize = 64;
 
 /// A solid texture synthesised on demand (Dong et al. 2008, section 5).
 pub struct LazySolid {
-    tables: Arc<Tables>,
-    initial: Initial,
-    settings: Settings,
+    pub(super) tables: Arc<Tables>,
+    pub(super) initial: Initial,
+    pub(super) settings: Settings,
     isa: Isa,
-    digest: Digest,
-    taken: Option<(Taken, [Pixel; 3])>,
+    pub(super) digest: Digest,
+    pub(super) taken: Option<(Taken, [Pixel; 3])>,
     cache: Mutex<Vec<Cache>>,
 }
 
@@ -125,15 +121,15 @@ impl LazySolid {
         cache.iter_mut().for_each(|level| *level = Cache::default());
     }
 
-    fn domain(&self, level: usize) -> Domain {
+    pub(super) fn domain(&self, level: usize) -> Domain {
         Domain::at_level(self.settings.period, level)
     }
 
-    fn color(&self, level: usize) -> OneColor {
+    pub(super) fn color(&self, level: usize) -> OneColor {
         OneColor::new(self.settings.color, &self.tables.levels[level])
     }
 
-    fn weights(&self, level: usize) -> Weights {
+    pub(super) fn weights(&self, level: usize) -> Weights {
         let fixed = |x: f64| libm::round(x.clamp(0.0, 15.0) * 256.0) as u32;
         Weights {
             similar: per_level(&self.settings.similar, level).clamp(1, super::similarity::SET as i64)
@@ -217,113 +213,21 @@ impl LazySolid {
         }
     }
 
-    /// As [`Self::synthesise`] of the finest level, on a device; on the processor after all if the device is lost.
-    fn synthesise_on(
+    /// What a level must compute where another solid has some of the voxels; all of what is needed is known to `free` then.
+    pub(super) fn depend_among(
         &self,
-        gpu: &Gpu,
+        free: &mut Free<'_>,
+        level: usize,
         wanted: &VoxelSet,
-        work: &mut Work,
-        control: &dyn Control,
-    ) -> Result<Field, SolidError> {
-        match self.ask_device(gpu, wanted, control) {
-            Err(SolidError::Device(error @ GpuError::Lost(_))) => {
-                control.device_lost(&error);
-                self.synthesise(0, wanted, work, control)
-            }
-            answer => answer,
-        }
-    }
-
-    fn ask_device(&self, gpu: &Gpu, wanted: &VoxelSet, control: &dyn Control) -> Result<Field, SolidError> {
-        self.request_on(gpu, wanted, control, |request, tables| request.run(gpu, tables, control))
-    }
-
-    /// Puts a request for voxels (wrapped) to a device.
-    fn request_on<T>(
-        &self,
-        gpu: &Gpu,
-        wanted: &VoxelSet,
-        control: &dyn Control,
-        ask: impl FnOnce(&Request<'_>, &DeviceTables) -> Result<T, GpuError>,
-    ) -> Result<T, SolidError> {
-        let mut free = self.taken.as_ref().map(|(taken, _)| taken.free(control));
-        let before = match &mut free {
-            Some(free) => {
-                let need =
-                    dependency_among(&self.settings, &self.domain(0), 0, wanted, |step| free.of(&step))?;
-                free.of(&need.before)?;
-                need.before
-            }
-            None => VoxelSet::new(),
-        };
-        let weights = |level: usize| self.weights(level);
-        let request = Request {
-            tables: &self.tables,
-            initial: &self.initial,
-            settings: &self.settings,
-            weights: &weights,
-            wanted,
-            taken: free
-                .as_ref()
-                .zip(self.taken.as_ref())
-                .map(|(free, (_, marker))| (&before, &free.free, *marker)),
-        };
-        let tables =
-            gpu.resident(self.digest.0, || gpu.scope(|| DeviceTables::new(gpu, &self.tables, &self.initial)));
-        Ok(ask(&request, &*tables?)?)
-    }
-
-    /// Samples maps by their numbers, in portions where the bricks do not fit into the device's memory at once.
-    fn sample_on(
-        &self,
-        gpu: &Gpu,
-        infos: &[MapInfo],
-        numbers: &[usize],
-        taps: &[Tap],
-        control: &dyn Control,
-    ) -> Result<Vec<Map>, SolidError> {
-        let wanted = self.domain(0).wrap_set(&voxels_of(taps));
-        // Bricks stay, since the same points are often asked for again, with another map or filter.
-        let id = self.id(b"bricks", &wanted.digest().0);
-        let finished = self.request_on(gpu, &wanted, control, |request, tables| {
-            gpu.resident(id, || gpu.scope(|| Finished::new(gpu, request.resident(gpu, tables, control)?)))
-        });
-        let finished = match finished {
-            Err(SolidError::Device(GpuError::OutOfMemory(_))) if taps.len() > FEW_POINTS => {
-                let mut maps: Vec<Map> = infos.iter().map(|info| Map::zeros(info, taps.len())).collect();
-                let mut at = 0;
-                for taps in taps.chunks(taps.len().div_ceil(2)) {
-                    for (map, part) in
-                        maps.iter_mut().zip(self.sample_on(gpu, infos, numbers, taps, control)?)
-                    {
-                        map.samples.copy_from(at * map.channels, &part.samples, 0, part.samples.len());
-                    }
-                    at += taps.len();
-                }
-                return Ok(maps);
-            }
-            found => found?,
-        };
-        let carried = |&number: &usize| {
-            let id = self.id(b"map", &(number as u64).to_le_bytes());
-            gpu.resident(id, || gpu.scope(|| Carried::new(gpu, &self.tables, number)))
-        };
-        let carried = numbers.iter().map(carried).collect::<Result<Vec<_>, _>>()?;
-        let mean = |number: usize| number == 0 && !self.color(0).takes_one();
-        let carried: Vec<_> =
-            carried.iter().zip(numbers).map(|(map, &number)| (&**map, mean(number))).collect();
-        Ok(gpu.scope(|| finished.sample(gpu, infos, &carried, taps, &self.domain(0), control))?)
-    }
-
-    /// What is kept on a device under this solid's digest and a name.
-    fn id(&self, kind: &[u8], name: &[u8]) -> [u8; 32] {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(&self.digest.0).update(kind).update(name);
-        *hasher.finalize().as_bytes()
+    ) -> Result<Dependency, SolidError> {
+        let domain = self.domain(level);
+        let need = dependency_among(&self.settings, &domain, level, wanted, |step| free.of(&step))?;
+        free.of(&need.before)?;
+        Ok(need)
     }
 
     /// Computes a level over `wanted`, and the coarser levels that it needs.
-    fn synthesise(
+    pub(super) fn synthesise(
         &self,
         level: usize,
         wanted: &VoxelSet,
@@ -334,11 +238,7 @@ impl LazySolid {
         let (domain, tables, color) = (self.domain(level), &self.tables.levels[level], self.color(level));
         let mut free = self.taken.as_ref().map(|(taken, _)| taken.free(control));
         let need = match &mut free {
-            Some(free) => {
-                let need = dependency_among(&self.settings, &domain, level, wanted, |step| free.of(&step))?;
-                free.of(&need.before)?;
-                need
-            }
+            Some(free) => self.depend_among(free, level, wanted)?,
             None => dependency(&self.settings, &domain, level, wanted),
         };
         let correction =

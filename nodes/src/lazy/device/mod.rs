@@ -10,13 +10,14 @@ mod plan;
 mod sample;
 #[cfg(test)]
 mod sampling_tests;
+mod solid;
 mod synthesis;
 mod tables;
 #[cfg(test)]
 mod tests;
 mod triples;
 
-pub(super) use sample::{Carried, Finished};
-pub(super) use synthesis::Request;
-pub(super) use tables::DeviceTables;
+use sample::{Carried, Finished};
+use synthesis::Request;
+use tables::DeviceTables;
 pub(super) use triples::DeviceStrips;
