@@ -1,0 +1,1 @@
+//! What the editor keeps on disk.
