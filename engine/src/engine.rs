@@ -58,6 +58,7 @@ pub struct EngineBuilder {
     device: DeviceChoice,
     open_device: Option<OpenDevice>,
     cancel_grace: Duration,
+    on_thread_start: Option<Arc<dyn Fn() + Send + Sync>>,
 }
 
 impl EngineBuilder {
@@ -109,6 +110,12 @@ impl EngineBuilder {
         self
     }
 
+    /// Something that each thread does first, such as to lower its priority below that of a window.
+    pub fn on_thread_start(mut self, start: Arc<dyn Fn() + Send + Sync>) -> Self {
+        self.on_thread_start = Some(start);
+        self
+    }
+
     /// Starts the threads.
     ///
     /// # Errors
@@ -118,9 +125,11 @@ impl EngineBuilder {
         if self.device == DeviceChoice::Gpu {
             devices.get().map_err(EngineError::NoDevice)?;
         }
+        let start = self.on_thread_start;
         let pool = ThreadPoolBuilder::new()
             .num_threads(self.threads)
             .thread_name(|i| format!("breccia-{i}"))
+            .start_handler(move |_| start.iter().for_each(|start| start()))
             .build()
             .map_err(|error| EngineError::Threads { threads: self.threads, error })?;
         let disk = self.cache_dir.map(|root| DiskCache::new(root, self.disk_limit));
@@ -185,6 +194,7 @@ impl Engine {
             device: DeviceChoice::Auto,
             open_device: None,
             cancel_grace: Duration::from_millis(80),
+            on_thread_start: None,
         }
     }
 

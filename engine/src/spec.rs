@@ -150,6 +150,8 @@ pub struct NodeSpec {
     pub outputs: Vec<SocketSpec>,
     /// Parameters, in display order.
     pub params: Vec<ParamSpec>,
+    /// Whole-number parameters that may be divided for a draft, while somebody drags something, each with the divisor.
+    pub draft: Vec<(&'static str, i64)>,
 }
 
 impl NodeSpec {
@@ -167,7 +169,15 @@ impl NodeSpec {
             inputs: Vec::new(),
             outputs: Vec::new(),
             params: Vec::new(),
+            draft: Vec::new(),
         }
+    }
+
+    /// Says that a whole-number parameter, or all numbers of a list, may be divided for a draft: the result is coarser or smaller,
+    /// but shows what it will be.
+    pub fn draft(mut self, name: &'static str, divisor: i64) -> Self {
+        self.draft.push((name, divisor.max(1)));
+        self
     }
 
     /// Names the paper and section.

@@ -56,6 +56,7 @@ pub(crate) fn with_picture(spec: NodeSpec, name: &'static str, default: i64) -> 
         "pixels",
         "Width and height of the picture; one number means a square.",
     )
+    .draft(name, 2)
 }
 
 /// The width and height declared by [`with_picture`].

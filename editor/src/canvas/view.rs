@@ -1,0 +1,659 @@
+//! Where the canvas looks, and what the pointer and keys do to it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use breccia_engine::{NodeEntry, NodeMode, Registry};
+use eframe::egui::{
+    Align2, Color32, FontId, Id, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind, TextureHandle, Ui,
+    Vec2, WidgetInfo, WidgetType, pos2, vec2,
+};
+
+use super::geometry::{Geometry, corner, place};
+use super::gesture::Gesture;
+use super::links::{self, Course};
+use super::node::{self, Look, NAMES, TEXT};
+use super::minimap;
+use crate::action::{Action, Joint, Pin, Selection};
+use crate::command::Command;
+use crate::model::{Layout, Refusal, Shape, compatible};
+use crate::run::Board;
+use crate::theme::{self, Palette};
+
+/// What the canvas shows.
+pub struct Sight<'a> {
+    /// Known node types.
+    pub registry: &'a Registry,
+    /// Nodes as the document has them.
+    pub nodes: &'a BTreeMap<String, NodeEntry>,
+    /// Links as the document has them.
+    pub links: &'a [String],
+    /// Where nodes lie.
+    pub layout: &'a Layout,
+    /// What nodes look like from outside.
+    pub shapes: &'a BTreeMap<String, Shape>,
+    /// What is known of them.
+    pub board: &'a Board,
+    /// What their names begin with in a run.
+    pub prefix: &'a str,
+    /// Small pictures, by name in a run.
+    pub pictures: &'a BTreeMap<String, TextureHandle>,
+    /// Nodes that cannot run, by name in a run.
+    pub broken: &'a BTreeSet<String>,
+    /// The output that the viewport shows, by name in a run.
+    pub watched: Option<&'a str>,
+    /// What is selected.
+    pub selection: &'a Selection,
+    /// Colours.
+    pub colors: Palette,
+}
+
+/// The canvas and where it looks.
+pub struct Canvas {
+    /// Where the canvas's origin lies on the screen, from the corner of its rectangle.
+    pan: Vec2,
+    zoom: f32,
+    gesture: Gesture,
+    /// What a drag has left over from whole points.
+    rest: Vec2,
+    /// What shall be brought into view with the next frame.
+    fit: Option<BTreeSet<String>>,
+    /// Where the pointer was last, in points of the canvas.
+    pointer: Pos2,
+    /// The rectangle of the screen that it was drawn into.
+    rect: Rect,
+    /// Whether the map in the corner is shown.
+    pub map: bool,
+    /// Whether the legend of sockets is shown.
+    pub legend: bool,
+    /// What the tests and the application ask for: where things lie.
+    geometry: Geometry,
+}
+
+impl Default for Canvas {
+    fn default() -> Self {
+        Self {
+            pan: vec2(40.0, 40.0),
+            zoom: 1.0,
+            gesture: Gesture::None,
+            rest: Vec2::ZERO,
+            fit: Some(BTreeSet::new()),
+            pointer: Pos2::ZERO,
+            rect: Rect::ZERO,
+            map: true,
+            legend: false,
+            geometry: Geometry::default(),
+        }
+    }
+}
+
+impl Canvas {
+    /// Brings nodes into view, or all if there are none.
+    pub fn fit(&mut self, nodes: BTreeSet<String>) {
+        self.fit = Some(nodes);
+    }
+
+    /// Lets go of whatever is being dragged.
+    pub fn release(&mut self) {
+        self.gesture = Gesture::None;
+    }
+
+    /// Zooms about the middle.
+    pub fn zoom_by(&mut self, factor: f32) {
+        self.zoom_about(self.rect.center(), factor);
+    }
+
+    /// Where a new node would go: under the pointer if it is over the canvas, else in the middle of what is seen.
+    pub fn place_for_new(&self) -> [i32; 2] {
+        let seen = self.seen();
+        place(if seen.contains(self.pointer) { self.pointer } else { seen.center() })
+    }
+
+    /// Where a point of the canvas is on the screen.
+    pub fn to_screen(&self, at: Pos2) -> Pos2 {
+        self.rect.min + self.pan + at.to_vec2() * self.zoom
+    }
+
+    fn to_canvas(&self, at: Pos2) -> Pos2 {
+        ((at - self.rect.min - self.pan) / self.zoom).to_pos2()
+    }
+
+    fn seen(&self) -> Rect {
+        Rect::from_min_max(self.to_canvas(self.rect.min), self.to_canvas(self.rect.max))
+    }
+
+    /// Where nodes and sockets lie.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// How much larger than life the canvas is.
+    pub fn zoom(&self) -> f32 {
+        self.zoom
+    }
+
+    fn zoom_about(&mut self, at: Pos2, factor: f32) {
+        let before = self.to_canvas(at);
+        self.zoom = (self.zoom * factor).clamp(0.08, 3.0);
+        self.pan = at - self.rect.min - before.to_vec2() * self.zoom;
+    }
+
+    /// Draws the canvas into all of `ui`; returns what the user asks for.
+    pub fn ui(&mut self, ui: &mut Ui, sight: &Sight<'_>) -> Vec<Action> {
+        let mut actions = Vec::new();
+        self.rect = ui.available_rect_before_wrap();
+        self.geometry = Geometry::new(sight.layout, sight.shapes);
+        if let Some(nodes) = self.fit.take() {
+            self.look_at(&nodes);
+        }
+        let back = ui.interact(self.rect, Id::new("canvas"), Sense::click_and_drag());
+        back.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, "Canvas"));
+        ui.set_clip_rect(self.rect.intersect(ui.clip_rect()));
+        self.navigate(ui, &back);
+        if let Some(at) = ui.input(|i| i.pointer.latest_pos()) {
+            self.pointer = self.to_canvas(at);
+        }
+        ui.painter().rect_filled(self.rect, 0, sight.colors.canvas);
+        self.grid(ui, sight);
+        self.frames(ui, sight, &mut actions);
+        let courses = links::courses(sight.links, &sight.layout.bends, &self.geometry);
+        self.background(ui, &back, sight, &courses, &mut actions);
+        self.draw_links(ui, sight, &courses, &mut actions);
+        self.draw_nodes(ui, sight, &courses, &mut actions);
+        self.draw_gesture(ui, sight);
+        if self.map && sight.nodes.len() > 1 {
+            if let Some(to) = minimap::show(ui, self.rect, self.seen(), sight, &self.geometry) {
+                self.pan = self.rect.size() / 2.0 - to.to_vec2() * self.zoom;
+            }
+        }
+        if self.legend {
+            self.draw_legend(ui, sight);
+        }
+        ui.advance_cursor_after_rect(self.rect);
+        actions
+    }
+
+    fn look_at(&mut self, nodes: &BTreeSet<String>) {
+        let Some(bounds) = self.geometry.bounds(nodes) else { return };
+        let bounds = bounds.expand(40.0);
+        let size = self.rect.size();
+        self.zoom = (size.x / bounds.width()).min(size.y / bounds.height()).clamp(0.08, 1.0);
+        self.pan = size / 2.0 - bounds.center().to_vec2() * self.zoom;
+    }
+
+    /// Wheel zooms, middle button and space pan, two fingers pan with shift.
+    fn navigate(&mut self, ui: &Ui, back: &Response) {
+        let over = ui.rect_contains_pointer(self.rect);
+        if over {
+            let (zoom, scroll, shift, at) =
+                ui.input(|i| (i.zoom_delta(), i.smooth_scroll_delta(), i.modifiers.shift, i.pointer.latest_pos()));
+            let at = at.unwrap_or(self.rect.center());
+            if zoom != 1.0 {
+                self.zoom_about(at, zoom);
+            } else if shift {
+                self.pan += scroll;
+            } else if scroll.y != 0.0 {
+                self.zoom_about(at, (scroll.y * 0.0025).exp());
+            }
+        }
+        let space = ui.input(|i| i.key_down(eframe::egui::Key::Space)) && ui.memory(|m| m.focused().is_none());
+        let pans = back.dragged_by(PointerButton::Middle)
+            || back.dragged_by(PointerButton::Secondary)
+            || (space && back.dragged_by(PointerButton::Primary));
+        if pans {
+            self.pan += back.drag_delta();
+            if self.gesture != Gesture::None && space {
+                self.gesture = Gesture::None;
+            }
+        }
+    }
+
+    fn grid(&self, ui: &Ui, sight: &Sight<'_>) {
+        let step = if self.zoom < 0.35 { 200.0 } else { 50.0 };
+        let seen = self.seen();
+        let stroke = Stroke::new(1.0, sight.colors.grid);
+        let lines = |from: f32, to: f32| {
+            let first = (from / step).floor() as i64;
+            let last = ((to / step).ceil() as i64).min(first + 400);
+            (first..=last).map(move |i| i as f32 * step)
+        };
+        for x in lines(seen.left(), seen.right()) {
+            ui.painter().vline(self.to_screen(pos2(x, 0.0)).x, self.rect.y_range(), stroke);
+        }
+        for y in lines(seen.top(), seen.bottom()) {
+            ui.painter().hline(self.rect.x_range(), self.to_screen(pos2(0.0, y)).y, stroke);
+        }
+    }
+
+    fn frames(&mut self, ui: &Ui, sight: &Sight<'_>, actions: &mut Vec<Action>) {
+        for (&id, frame) in &sight.layout.frames {
+            let [w, h] = frame.size.map(|n| n.max(40) as f32);
+            let rect = Rect::from_min_size(corner(frame.at), vec2(w, h));
+            let on_screen = Rect::from_min_max(self.to_screen(rect.min), self.to_screen(rect.max));
+            if !on_screen.intersects(self.rect) {
+                continue;
+            }
+            let selected = sight.selection.frames.contains(&id);
+            let line = if selected { sight.colors.selected } else { sight.colors.weak.gamma_multiply(0.5) };
+            ui.painter().rect_filled(on_screen, 6, sight.colors.frame);
+            ui.painter().rect_stroke(on_screen, 6, Stroke::new(1.0, line), StrokeKind::Inside);
+            let font = FontId::proportional((15.0 * self.zoom.max(0.5)).round());
+            let at = on_screen.min + vec2(8.0, 5.0);
+            ui.painter().text(at, Align2::LEFT_TOP, &frame.title, font.clone(), sight.colors.text);
+            let bar = Rect::from_min_size(on_screen.min, vec2(on_screen.width(), font.size + 10.0));
+            let grip = Rect::from_min_max(on_screen.max - vec2(14.0, 14.0), on_screen.max);
+            ui.painter().line_segment([pos2(grip.left(), grip.bottom() - 3.0), pos2(grip.right() - 3.0, grip.top())], Stroke::new(1.0, line));
+            let response = ui.interact(bar, Id::new(("frame", id)), Sense::click_and_drag());
+            response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, format!("Frame {}", frame.title)));
+            if response.clicked() || (response.drag_started_by(PointerButton::Primary) && !selected) {
+                let mut selection = if ui.input(|i| i.modifiers.shift) { sight.selection.clone() } else { Selection::default() };
+                selection.frames.insert(id);
+                // A frame takes along what lies in it.
+                selection.nodes.extend(self.geometry.nodes.iter().filter(|(_, node)| rect.contains(node.center())).map(|(n, _)| n.clone()));
+                actions.push(Action::Select(selection));
+            }
+            self.drag_selection(&response, actions);
+            let response = ui.interact(grip, Id::new(("frame grip", id)), Sense::drag());
+            response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, format!("Size of frame {}", frame.title)));
+            if response.drag_started_by(PointerButton::Primary) {
+                self.gesture = Gesture::Size(id);
+            }
+            if self.gesture == Gesture::Size(id) {
+                let to = place((self.pointer - corner(frame.at)).to_pos2());
+                if response.dragged() && to != frame.size {
+                    actions.push(Action::SizeFrame(id, to.map(|n| n.max(40))));
+                }
+                if response.drag_stopped() {
+                    self.gesture = Gesture::None;
+                    actions.push(Action::EndDrag);
+                }
+            }
+        }
+    }
+
+    /// Moves what is selected along with a drag, in whole points.
+    fn drag_selection(&mut self, response: &Response, actions: &mut Vec<Action>) {
+        if response.drag_started_by(PointerButton::Primary) {
+            self.gesture = Gesture::Move;
+            self.rest = Vec2::ZERO;
+        }
+        if self.gesture == Gesture::Move && response.dragged_by(PointerButton::Primary) {
+            self.rest += response.drag_delta() / self.zoom;
+            let whole = vec2(self.rest.x.trunc(), self.rest.y.trunc());
+            if whole != Vec2::ZERO {
+                self.rest -= whole;
+                actions.push(Action::Move(place(whole.to_pos2())));
+            }
+        }
+        if self.gesture == Gesture::Move && response.drag_stopped_by(PointerButton::Primary) {
+            self.gesture = Gesture::None;
+            actions.push(Action::EndDrag);
+        }
+    }
+
+    /// What happens where there is no node: links, selecting, the palette.
+    fn background(&mut self, ui: &Ui, back: &Response, sight: &Sight<'_>, courses: &[Course], actions: &mut Vec<Action>) {
+        let modifiers = ui.input(|i| i.modifiers);
+        let under = || {
+            courses
+                .iter()
+                .map(|course| (links::distance(&course.points, self.pointer), course))
+                .filter(|((distance, _), _)| *distance < 6.0 / self.zoom)
+                .min_by(|((a, _), _), ((b, _), _)| a.total_cmp(b))
+        };
+        if back.double_clicked() {
+            if let Some(((_, stretch), course)) = under() {
+                let mut bends = sight.layout.bends.get(&course.text).cloned().unwrap_or_default();
+                bends.insert(stretch.min(bends.len()), place(self.pointer));
+                actions.push(Action::Bend(course.text.clone(), bends));
+                actions.push(Action::EndDrag);
+            } else {
+                actions.push(Action::Palette { at: place(self.pointer), joint: None });
+            }
+        } else if back.clicked() {
+            let mut selection = if modifiers.shift || modifiers.command { sight.selection.clone() } else { Selection::default() };
+            if let Some((_, course)) = under() {
+                if !selection.links.remove(&course.text) {
+                    selection.links.insert(course.text.clone());
+                }
+            }
+            actions.push(Action::Select(selection));
+        }
+        if back.drag_started_by(PointerButton::Primary) {
+            self.gesture = Gesture::Box(self.pointer);
+        }
+        if let Gesture::Box(from) = self.gesture {
+            if back.drag_stopped() {
+                let area = Rect::from_two_pos(from, self.pointer);
+                let mut selection = if modifiers.shift { sight.selection.clone() } else { Selection::default() };
+                let inside = self.geometry.nodes.iter().filter(|(_, rect)| area.intersects(**rect));
+                selection.nodes.extend(inside.map(|(name, _)| name.clone()));
+                actions.push(Action::Select(selection));
+                self.gesture = Gesture::None;
+            }
+        }
+    }
+
+    fn draw_links(&mut self, ui: &Ui, sight: &Sight<'_>, courses: &[Course], actions: &mut Vec<Action>) {
+        let seen = self.seen();
+        let picked = match &self.gesture {
+            Gesture::Wire { picked: Some(link), .. } => Some(link.clone()),
+            _ => None,
+        };
+        for course in courses {
+            if picked.as_ref() == Some(&course.text) || !seen.intersects(links::bounds(&course.points)) {
+                continue;
+            }
+            let ty = socket_type(sight, &course.from);
+            let selected = sight.selection.links.contains(&course.text);
+            let color = if selected { sight.colors.selected } else { theme::socket(ty).0 };
+            let muted = [&course.from, &course.to].iter().any(|pin| sight.nodes.get(&pin.node).is_some_and(|n| n.mode == NodeMode::Mute));
+            let color = if muted { color.gamma_multiply(0.35) } else { color };
+            let width = (if selected { 3.2 } else { 2.0 } * self.zoom.sqrt()).max(1.0);
+            let points: Vec<Pos2> = course.points.iter().map(|p| self.to_screen(*p)).collect();
+            links::draw(ui.painter(), &points, Stroke::new(width, color), self.zoom > 0.3);
+        }
+        for (link, bends) in &sight.layout.bends {
+            if !courses.iter().any(|course| course.text == *link) {
+                continue;
+            }
+            for (index, at) in bends.iter().enumerate() {
+                let at = self.to_screen(corner(*at));
+                if !self.rect.contains(at) {
+                    continue;
+                }
+                let rect = Rect::from_center_size(at, Vec2::splat(14.0));
+                let response = ui.interact(rect, Id::new(("bend", link, index)), Sense::click_and_drag());
+                response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, format!("Bend {} of {link}", index + 1)));
+                let fill = if response.hovered() { sight.colors.selected } else { sight.colors.text };
+                ui.painter().circle_filled(at, 4.0 * self.zoom.clamp(0.6, 1.4), fill);
+                let mut points = bends.clone();
+                if response.double_clicked() || response.secondary_clicked() {
+                    points.remove(index);
+                    actions.push(Action::Bend(link.clone(), points));
+                    actions.push(Action::EndDrag);
+                    continue;
+                }
+                if response.drag_started_by(PointerButton::Primary) {
+                    self.gesture = Gesture::Bend { link: link.clone(), index };
+                }
+                if self.gesture == (Gesture::Bend { link: link.clone(), index }) {
+                    if response.dragged() {
+                        points[index] = place(self.pointer);
+                        actions.push(Action::Bend(link.clone(), points));
+                    }
+                    if response.drag_stopped() {
+                        self.gesture = Gesture::None;
+                        actions.push(Action::EndDrag);
+                    }
+                }
+            }
+        }
+    }
+
+    fn draw_nodes(&mut self, ui: &mut Ui, sight: &Sight<'_>, courses: &[Course], actions: &mut Vec<Action>) {
+        let seen = self.seen();
+        let names: Vec<(String, Rect)> = self
+            .geometry
+            .nodes
+            .iter()
+            .filter(|(_, rect)| seen.intersects(rect.expand(8.0)))
+            .map(|(name, rect)| (name.clone(), *rect))
+            .collect();
+        // What is selected lies on top.
+        let (top, below): (Vec<_>, Vec<_>) = names.into_iter().partition(|(name, _)| sight.selection.nodes.contains(name));
+        for (name, rect) in below.into_iter().chain(top) {
+            let (Some(shape), Some(entry)) = (sight.shapes.get(&name), sight.nodes.get(&name)) else { continue };
+            let on_screen = Rect::from_min_max(self.to_screen(rect.min), self.to_screen(rect.max));
+            let path = format!("{}{name}", sight.prefix);
+            let look = Look {
+                name: &name,
+                shape,
+                place: sight.layout.nodes.get(&name).copied().unwrap_or_default(),
+                status: sight.board.get(&path),
+                picture: sight.pictures.get(&path),
+                mode: &entry.mode,
+                selected: sight.selection.nodes.contains(&name),
+                watched: sight.watched.and_then(|output| output.rsplit_once('.')).is_some_and(|(node, _)| node == path),
+                broken: sight.broken.contains(&path),
+            };
+            node::draw(ui.painter(), on_screen, self.zoom, &look, &sight.colors);
+            self.touch_node(ui, sight, &look, on_screen, rect, courses, actions);
+            if self.zoom >= TEXT {
+                self.pins(ui, sight, &name, shape, actions);
+            }
+        }
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "one node, and all that its gestures hang on")]
+    fn touch_node(&mut self, ui: &mut Ui, sight: &Sight<'_>, look: &Look<'_>, on_screen: Rect, rect: Rect, courses: &[Course], actions: &mut Vec<Action>) {
+        let name = look.name;
+        let response = ui.interact(on_screen, Id::new(("node", name)), Sense::click_and_drag());
+        response.widget_info(|| {
+            let state = node::state_text(look);
+            WidgetInfo::selected(WidgetType::SelectableLabel, true, look.selected, format!("Node {name}, {}, {state}", look.shape.ty))
+        });
+        let modifiers = ui.input(|i| i.modifiers);
+        let toggles = modifiers.shift || modifiers.command;
+        if response.double_clicked() {
+            if look.shape.group.is_some() {
+                actions.push(Action::Enter(name.to_owned()));
+            } else if let Some(output) = look.shape.outputs.first() {
+                actions.push(Action::Watch(Pin { node: name.to_owned(), socket: output.name.clone(), output: true }));
+            }
+        } else if response.clicked() || response.secondary_clicked() || (response.drag_started_by(PointerButton::Primary) && !look.selected) {
+            let mut selection = if toggles { sight.selection.clone() } else { Selection::default() };
+            let keep = response.secondary_clicked() && look.selected;
+            if toggles && look.selected {
+                selection.nodes.remove(name);
+            } else {
+                selection.nodes.insert(name.to_owned());
+            }
+            if !keep {
+                actions.push(Action::Select(selection));
+            }
+        }
+        let moved = self.gesture == Gesture::Move && response.drag_stopped_by(PointerButton::Primary);
+        self.drag_selection(&response, actions);
+        // A node that has no links yet and is dropped on one goes into it.
+        let free = || !courses.iter().any(|course| course.from.node == name || course.to.node == name);
+        if moved && sight.selection.nodes.len() <= 1 && free() {
+            let hit = courses.iter().find(|course| links::distance(&course.points, rect.center()).0 < 18.0);
+            if let Some(course) = hit {
+                actions.push(Action::DropOnLink { node: name.to_owned(), link: course.text.clone() });
+            }
+        }
+        if response.hovered() && self.gesture == Gesture::None && self.zoom < NAMES {
+            response.clone().on_hover_text(format!("{name}: {}", look.shape.summary));
+        }
+        response.context_menu(|ui| {
+            for command in Command::OF_NODE {
+                let mut button = eframe::egui::Button::new(command.title());
+                if let Some(shortcut) = command.shortcut() {
+                    button = button.shortcut_text(ui.ctx().format_shortcut(&shortcut));
+                }
+                if ui.add(button).clicked() {
+                    actions.push(Action::Command(command));
+                    ui.close();
+                }
+            }
+            ui.menu_button("Look at", |ui| {
+                for output in &look.shape.outputs {
+                    if ui.button(&output.name).clicked() {
+                        actions.push(Action::Watch(Pin { node: name.to_owned(), socket: output.name.clone(), output: true }));
+                        ui.close();
+                    }
+                }
+            });
+        });
+    }
+
+    fn pins(&mut self, ui: &mut Ui, sight: &Sight<'_>, node: &str, shape: &Shape, actions: &mut Vec<Action>) {
+        let all = shape.inputs.iter().map(|s| (false, s)).chain(shape.outputs.iter().map(|s| (true, s)));
+        for (output, socket) in all {
+            let pin = Pin { node: node.to_owned(), socket: socket.name.clone(), output };
+            let Some(at) = self.geometry.pins.get(&pin).map(|at| self.to_screen(*at)) else { continue };
+            let fits = match &self.gesture {
+                Gesture::Wire { from, .. } => pair(from, &pin).is_some_and(|pair| joinable(sight, pair).is_ok()),
+                _ => true,
+            };
+            let (color, shape) = theme::socket(&socket.ty);
+            let color = if fits { color } else { color.gamma_multiply(0.25) };
+            let response = ui.interact(Rect::from_center_size(at, Vec2::splat((15.0 * self.zoom).max(8.0))), Id::new(("pin", &pin.node, &pin.socket, output)), Sense::click_and_drag());
+            response.widget_info(|| {
+                let side = if output { "Output" } else { "Input" };
+                WidgetInfo::labeled(WidgetType::Other, true, format!("{side} {} of {node}, {}", socket.name, socket.ty))
+            });
+            let radius = if response.hovered() { 6.0 } else { 4.6 } * self.zoom;
+            theme::mark(ui.painter(), at, radius, shape, color, sight.colors.outline);
+            if response.drag_started_by(PointerButton::Primary) {
+                self.gesture = self.take_wire(sight, pin.clone());
+            }
+            if matches!(self.gesture, Gesture::Wire { .. }) && response.drag_stopped() {
+                self.drop_wire(sight, actions);
+            }
+            if self.gesture == Gesture::None {
+                let kind = if socket.ty.is_empty() { "unknown type" } else { &socket.ty };
+                response.on_hover_text(format!("{}: {kind}\n{}", socket.name, socket.docs));
+            }
+        }
+    }
+
+    /// A drag from an input that has a link picks that link up.
+    fn take_wire(&self, sight: &Sight<'_>, pin: Pin) -> Gesture {
+        let held = sight.links.iter().rev().filter_map(|text| Some((text, breccia_engine::Link::parse(text)?)));
+        let held = held.into_iter().find(|(_, link)| !pin.output && link.to_node == pin.node && link.to_socket == pin.socket);
+        match held {
+            Some((text, link)) => Gesture::Wire {
+                from: Pin { node: link.from_node, socket: link.from_socket, output: true },
+                picked: Some(text.clone()),
+            },
+            None => Gesture::Wire { from: pin, picked: None },
+        }
+    }
+
+    /// The socket near the pointer that a link could end at.
+    fn near(&self, from: &Pin) -> Option<Pin> {
+        let reach = 16.0 / self.zoom.max(0.4);
+        self.geometry
+            .pins
+            .iter()
+            .filter(|(pin, _)| pin.output != from.output)
+            .map(|(pin, at)| ((*at - self.pointer).length(), pin))
+            .filter(|(distance, _)| *distance < reach)
+            .min_by(|(a, _), (b, _)| a.total_cmp(b))
+            .map(|(_, pin)| pin.clone())
+    }
+
+    fn drop_wire(&mut self, sight: &Sight<'_>, actions: &mut Vec<Action>) {
+        let Gesture::Wire { from, picked } = std::mem::take(&mut self.gesture) else { return };
+        let target = self.near(&from);
+        if let (Some(picked), Some(target)) = (&picked, &target) {
+            // Put back where it was.
+            if breccia_engine::Link::parse(picked).is_some_and(|link| link.to_node == target.node && link.to_socket == target.socket) {
+                return;
+            }
+        }
+        actions.extend(picked.clone().map(|link| Action::Disconnect(vec![link])));
+        match target {
+            Some(target) => {
+                let Some((output, input)) = pair(&from, &target) else { return };
+                match joinable(sight, (output.clone(), input.clone())) {
+                    Ok(()) => actions.push(Action::Connect(output, input)),
+                    Err(refusal) if refusal.conversions.is_empty() => actions.push(Action::Say(refusal.reason)),
+                    Err(refusal) => {
+                        actions.push(Action::Say(format!("{}: pick a node that converts", refusal.reason)));
+                        actions.push(Action::Palette { at: place(self.pointer), joint: Some(Joint::Between(output, input)) });
+                    }
+                }
+            }
+            None if picked.is_none() => {
+                actions.push(Action::Palette { at: place(self.pointer), joint: Some(Joint::Pin(from)) });
+            }
+            None => {}
+        }
+    }
+
+    fn draw_gesture(&mut self, ui: &Ui, sight: &Sight<'_>) {
+        match &self.gesture {
+            Gesture::Box(from) => {
+                let rect = Rect::from_two_pos(self.to_screen(*from), self.to_screen(self.pointer));
+                ui.painter().rect_filled(rect, 0, sight.colors.selected.gamma_multiply(0.12));
+                ui.painter().rect_stroke(rect, 0, Stroke::new(1.0, sight.colors.selected), StrokeKind::Inside);
+            }
+            Gesture::Wire { from, .. } => {
+                let Some(start) = self.geometry.pins.get(from).map(|at| self.to_screen(*at)) else {
+                    self.gesture = Gesture::None;
+                    return;
+                };
+                let target = self.near(from);
+                let end = target.as_ref().and_then(|pin| self.geometry.pins.get(pin)).map_or(self.pointer, |at| *at);
+                let end = self.to_screen(end);
+                let refusal = target.and_then(|pin| joinable(sight, pair(from, &pin)?).err());
+                let color = if refusal.is_some() { sight.colors.error } else { theme::socket(socket_type(sight, from)).0 };
+                let points = if from.output { [start, end] } else { [end, start] };
+                links::draw(ui.painter(), &points, Stroke::new(2.5, color), true);
+                if let Some(refusal) = refusal {
+                    label(ui, end + vec2(12.0, 14.0), &refusal.reason, sight);
+                }
+                // Escape lets go.
+                if ui.input(|i| i.key_pressed(eframe::egui::Key::Escape)) || !ui.input(|i| i.pointer.any_down() || i.pointer.any_released()) {
+                    self.gesture = Gesture::None;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn draw_legend(&self, ui: &Ui, sight: &Sight<'_>) {
+        let mut types: Vec<&str> = sight.shapes.values().flat_map(|s| s.inputs.iter().chain(&s.outputs)).map(|s| s.ty.as_str()).filter(|ty| !ty.is_empty()).collect();
+        types.sort_unstable();
+        types.dedup();
+        let size = vec2(132.0, 12.0 + 18.0 * types.len() as f32);
+        let rect = Rect::from_min_size(pos2(self.rect.left() + 10.0, self.rect.bottom() - size.y - 10.0), size);
+        ui.painter().rect_filled(rect, 4, sight.colors.node.gamma_multiply(0.92));
+        ui.painter().rect_stroke(rect, 4, Stroke::new(1.0, sight.colors.outline), StrokeKind::Inside);
+        for (i, ty) in types.iter().enumerate() {
+            let at = rect.min + vec2(14.0, 15.0 + 18.0 * i as f32);
+            let (color, mark) = theme::socket(ty);
+            theme::mark(ui.painter(), at, 5.0, mark, color, sight.colors.outline);
+            ui.painter().text(at + vec2(12.0, 0.0), Align2::LEFT_CENTER, ty, FontId::proportional(12.0), sight.colors.text);
+        }
+    }
+}
+
+/// Output and input of two sockets.
+fn pair(a: &Pin, b: &Pin) -> Option<(Pin, Pin)> {
+    match (a.output, b.output) {
+        (true, false) => Some((a.clone(), b.clone())),
+        (false, true) => Some((b.clone(), a.clone())),
+        _ => None,
+    }
+}
+
+/// Whether a link from an output to an input would fit.
+fn joinable(sight: &Sight<'_>, (output, input): (Pin, Pin)) -> Result<(), Refusal> {
+    if output.node == input.node {
+        return Err(Refusal { reason: "a node cannot wait for itself".into(), conversions: Vec::new() });
+    }
+    let from = sight.shapes.get(&output.node).and_then(|shape| shape.output(&output.socket));
+    let to = sight.shapes.get(&input.node).and_then(|shape| shape.input(&input.socket));
+    match (from, to) {
+        (Some(from), Some(to)) => compatible(sight.registry, from, to),
+        _ => Ok(()),
+    }
+}
+
+fn socket_type<'a>(sight: &'a Sight<'_>, pin: &Pin) -> &'a str {
+    let shape = sight.shapes.get(&pin.node);
+    let socket = shape.and_then(|shape| if pin.output { shape.output(&pin.socket) } else { shape.input(&pin.socket) });
+    socket.map_or("", |socket| socket.ty.as_str())
+}
+
+fn label(ui: &Ui, at: Pos2, text: &str, sight: &Sight<'_>) {
+    let painter = ui.ctx().layer_painter(eframe::egui::LayerId::new(eframe::egui::Order::Tooltip, Id::new("refusal")));
+    let galley = painter.layout(text.to_owned(), FontId::proportional(13.0), Color32::WHITE, 360.0);
+    let rect = Rect::from_min_size(at, galley.size()).expand(5.0);
+    painter.rect_filled(rect, 4, sight.colors.error);
+    painter.galley(at, galley, Color32::WHITE);
+}
+

@@ -1,0 +1,109 @@
+//! Undo and redo of everything, by name.
+
+use super::diff::Diff;
+use super::state::State;
+
+/// Most steps that are kept; the oldest go first.
+const MAX_STEPS: usize = 50_000;
+
+struct Step {
+    name: String,
+    diff: Diff,
+    /// Steps with the same key that follow each other are one: a drag is one step.
+    merge: Option<String>,
+}
+
+/// What was done, and what was undone.
+#[derive(Default)]
+pub struct History {
+    steps: Vec<Step>,
+    /// How many of the steps are done; the others are undone.
+    done: usize,
+    /// The number of steps done when the document was last saved, if it can be reached.
+    saved: Option<usize>,
+}
+
+impl History {
+    /// A history that begins with a saved document.
+    pub fn new() -> Self {
+        Self { saved: Some(0), ..Self::default() }
+    }
+
+    /// Notes a change from one state to another. Returns whether anything changed.
+    pub fn record(&mut self, name: &str, merge: Option<&str>, before: &State, after: &State) -> bool {
+        let diff = Diff::between(before, after);
+        if diff.is_empty() {
+            return false;
+        }
+        if self.saved.is_some_and(|saved| saved > self.done) {
+            self.saved = None;
+        }
+        self.steps.truncate(self.done);
+        let merges = |step: &Step| merge.is_some() && step.merge.as_deref() == merge;
+        if let Some(last) = self.steps.last_mut().filter(|step| merges(step) && self.saved != Some(self.done)) {
+            last.diff = last.diff.then(&diff, after);
+            if last.diff.is_empty() {
+                self.steps.pop();
+                self.done -= 1;
+            }
+            return true;
+        }
+        self.steps.push(Step { name: name.to_owned(), diff, merge: merge.map(str::to_owned) });
+        self.done += 1;
+        if self.steps.len() > MAX_STEPS {
+            self.steps.remove(0);
+            self.done -= 1;
+            self.saved = self.saved.and_then(|saved| saved.checked_sub(1));
+        }
+        true
+    }
+
+    /// Ends a drag: what follows is a step of its own.
+    pub fn seal(&mut self) {
+        if let Some(last) = self.done.checked_sub(1).and_then(|i| self.steps.get_mut(i)) {
+            last.merge = None;
+        }
+    }
+
+    /// Undoes the last step and returns its name.
+    pub fn undo(&mut self, state: &mut State) -> Option<&str> {
+        let step = self.steps.get(self.done.checked_sub(1)?)?;
+        step.diff.apply(state, false);
+        self.done -= 1;
+        Some(&step.name)
+    }
+
+    /// Does the step again that was undone last, and returns its name.
+    pub fn redo(&mut self, state: &mut State) -> Option<&str> {
+        let step = self.steps.get(self.done)?;
+        step.diff.apply(state, true);
+        self.done += 1;
+        Some(&step.name)
+    }
+
+    /// The name of the step that would be undone.
+    pub fn undoable(&self) -> Option<&str> {
+        Some(&self.steps.get(self.done.checked_sub(1)?)?.name)
+    }
+
+    /// The name of the step that would be done again.
+    pub fn redoable(&self) -> Option<&str> {
+        Some(&self.steps.get(self.done)?.name)
+    }
+
+    /// Whether the state is the one that was saved.
+    pub fn is_saved(&self) -> bool {
+        self.saved == Some(self.done)
+    }
+
+    /// Notes that the state is saved now.
+    pub fn saved(&mut self) {
+        self.seal();
+        self.saved = Some(self.done);
+    }
+
+    /// Forgets that the state was ever saved: it came from somewhere that cannot be written.
+    pub fn unsaved(&mut self) {
+        self.saved = None;
+    }
+}
