@@ -114,7 +114,7 @@ pub use device::{ComputeDevice, DeviceProfile, OpenDevice};
 pub use docs::{ChoiceDoc, NodeDoc, ParamDoc, SocketDoc, describe, lint, markdown, plain};
 pub use document::{
     Document, DocumentError, FORMAT, Group, IncludeError, Interface, InterfaceInput, InterfaceOutput,
-    InterfaceParam, Link, NodeEntry, VERSION,
+    InterfaceParam, Link, NodeEntry, NodeMode, VERSION,
 };
 pub use engine::{DeviceChoice, Engine, EngineBuilder, EngineError};
 pub use estimate::{Sizing, Work};

@@ -4,6 +4,7 @@ mod error;
 mod group;
 mod link;
 mod migrate;
+mod mode;
 mod named;
 mod node_entry;
 mod write;
@@ -19,6 +20,7 @@ pub use error::DocumentError;
 pub use group::{Group, IncludeError};
 pub use link::Link;
 pub(crate) use link::{is_name, split_path};
+pub use mode::NodeMode;
 pub use node_entry::NodeEntry;
 
 /// The `format` of every graph document.

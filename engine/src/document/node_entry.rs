@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::de::{self, Deserialize, Deserializer, MapAccess, Visitor};
 
-use super::named;
+use super::{NodeMode, named};
 use crate::spec::ParamValue;
 
 /// A node of a document. What cannot be a node's is kept all the same and written back, since a newer
@@ -14,11 +14,13 @@ use crate::spec::ParamValue;
 pub struct NodeEntry {
     /// The id of its type, such as `lazy.candidates`.
     pub ty: String,
+    /// Whether it takes part.
+    pub mode: NodeMode,
     /// The parameters that the document sets.
     pub params: BTreeMap<String, ParamValue>,
     /// Parameters whose value no parameter can have.
     pub other_params: BTreeMap<String, ron::Value>,
-    /// Fields other than `type` and `params`.
+    /// Fields other than `type`, `mode` and `params`, and a `mode` that is none.
     pub other_fields: BTreeMap<String, ron::Value>,
 }
 
@@ -78,7 +80,15 @@ impl<'de> Visitor<'de> for EntryVisitor {
             }
         }
         let ty = ty.ok_or_else(|| de::Error::missing_field("type"))?;
-        let mut entry = NodeEntry { ty, other_fields, ..NodeEntry::default() };
+        let mode = match other_fields.get("mode") {
+            Some(ron::Value::String(name)) => NodeMode::from_name(name),
+            _ => None,
+        };
+        if mode.is_some() {
+            other_fields.remove("mode");
+        }
+        let mut entry =
+            NodeEntry { ty, mode: mode.unwrap_or_default(), other_fields, ..NodeEntry::default() };
         for (name, value) in params.map(|p| p.0).unwrap_or_default() {
             match ParamValue::from_ron(&value) {
                 Some(value) => {

@@ -111,6 +111,9 @@ fn section<T>(out: &mut String, name: &str, map: &BTreeMap<String, T>, write: im
 
 fn node(out: &mut String, name: &str, entry: &NodeEntry) {
     out.push_str(&format!("        {}: (type: {}", quoted(name), quoted(&entry.ty)));
+    if entry.mode.is_off() {
+        out.push_str(&format!(", mode: {}", quoted(entry.mode.name())));
+    }
     let mut params: BTreeMap<&str, String> =
         entry.params.iter().map(|(name, value)| (name.as_str(), value.to_string())).collect();
     params.extend(entry.other_params.iter().map(|(name, value)| (name.as_str(), value_text(value))));
@@ -121,7 +124,8 @@ fn node(out: &mut String, name: &str, entry: &NodeEntry) {
         }
         out.push_str("        }");
     }
-    for (field, value) in &entry.other_fields {
+    // A mode that is known takes the place of one that was not.
+    for (field, value) in entry.other_fields.iter().filter(|(f, _)| *f != "mode" || !entry.mode.is_off()) {
         out.push_str(&format!(", {field}: {}", value_text(value)));
     }
     out.push_str("),\n");

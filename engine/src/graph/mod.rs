@@ -39,6 +39,8 @@ pub struct Graph {
     pub(crate) inputs: BTreeMap<String, interface::Input>,
     pub(crate) outputs: BTreeMap<String, interface::Output>,
     pub(crate) params: BTreeMap<String, interface::Param>,
+    /// For the outputs (node and index) of nodes that are off what they pass on, or why nothing.
+    passed: BTreeMap<(usize, usize), Result<Source, String>>,
     /// What the graph is made from again when something changes, if it has groups or zones.
     template: Option<Arc<template::Template>>,
 }
@@ -91,7 +93,8 @@ impl Graph {
         if expand::needed(document) {
             return template::Template::new(document, registry, folder).build();
         }
-        let flat = validate::Flat { document, registry, types: &BTreeMap::new(), values: &BTreeMap::new() };
+        let (types, values, off) = (BTreeMap::new(), BTreeMap::new(), expand::Off::default());
+        let flat = validate::Flat { document, registry, types: &types, values: &values, off: &off };
         validate::build(&flat, folder)
     }
 

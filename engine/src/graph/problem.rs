@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::document::{NodeEntry, NodeMode};
+
 /// The sort of a problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -32,6 +34,8 @@ pub enum ProblemKind {
     TooManyLinks,
     /// A parameter's value that is out of range or of the wrong type.
     BadValue,
+    /// An output of the interface that hangs on a node which is muted, or bypassed with nothing to pass on.
+    Muted,
     /// Nodes that wait for each other, or groups that hold themselves.
     Cycle,
     /// More nodes than a graph may have.
@@ -115,6 +119,25 @@ impl Problem {
         };
         let suggestion = crate::suggest::closest(name, known);
         Self { suggestion, ..Self::new(kind, node, item, format!("`{name}`"), expected) }
+    }
+
+    /// The fields of a node that mean nothing, and a mode that is none.
+    pub(super) fn fields(node: &str, entry: &NodeEntry) -> Vec<Self> {
+        let problem = |(field, value): (&String, &ron::Value)| match (field.as_str(), value) {
+            ("mode", ron::Value::String(name)) => {
+                let known = NodeMode::ALL.iter().map(|mode| mode.name());
+                Self::unknown(ProblemKind::BadValue, Some(node), "field `mode`", name, "modes", known)
+            }
+            ("mode", _) => {
+                let expected = "one of the modes \"normal\", \"mute\", \"bypass\"";
+                Self::new(ProblemKind::BadValue, Some(node), "field `mode`", "something else", expected)
+            }
+            _ => {
+                let known = ["type", "mode", "params"];
+                Self::unknown(ProblemKind::UnknownField, Some(node), "field", field, "fields", known)
+            }
+        };
+        entry.other_fields.iter().map(problem).collect()
     }
 
     pub(super) fn alone(self) -> Problems {

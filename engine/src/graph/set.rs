@@ -163,15 +163,20 @@ impl Graph {
         };
         let index = self.index(node).ok_or_else(|| self.unknown_node(node).alone())?;
         let sockets = &self.nodes[index].ty.spec.outputs;
-        sockets
-            .iter()
-            .position(|s| s.name == socket)
-            .map(|output| super::Source { node: index, output })
-            .ok_or_else(|| {
-                let known = sockets.iter().map(|s| s.name);
-                let kind = ProblemKind::UnknownSocket;
-                Problem::unknown(kind, Some(node), "output", socket, "outputs", known).alone()
-            })
+        let Some(output) = sockets.iter().position(|s| s.name == socket) else {
+            let known = sockets.iter().map(|s| s.name);
+            let kind = ProblemKind::UnknownSocket;
+            return Err(Problem::unknown(kind, Some(node), "output", socket, "outputs", known).alone());
+        };
+        match self.passed.get(&(index, output)) {
+            None => Ok(super::Source { node: index, output }),
+            Some(Ok(source)) => Ok(*source),
+            Some(Err(reason)) => {
+                let (item, found) = (format!("output `{socket}`"), format!("nothing, since {reason}"));
+                let expected = "an output that has a value";
+                Err(Problem::new(ProblemKind::Muted, Some(node), item, found, expected).alone())
+            }
+        }
     }
 
     fn unknown_node(&self, node: &str) -> Problem {

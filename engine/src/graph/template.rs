@@ -8,7 +8,7 @@ use super::expand::{self, Override};
 use super::interface::Param;
 use super::validate::{self, Flat};
 use super::{Graph, Problems};
-use crate::document::{Document, Group, NodeEntry, split_path};
+use crate::document::{Document, Group, Interface, NodeEntry, split_path};
 use crate::files::join;
 use crate::registry::Registry;
 use crate::spec::{ParamKind, ParamValue};
@@ -29,6 +29,7 @@ impl Template {
         let mut document = document.clone();
         let folder = folder.unwrap_or(Path::new(""));
         locate(&mut document.nodes, registry, folder);
+        locate_defaults(&mut document.interface, &document.nodes, registry, folder);
         locate_groups(&mut document.groups, registry, folder);
         Self { document, registry: registry.clone(), overrides: Vec::new(), bound: BTreeMap::new() }
     }
@@ -44,6 +45,7 @@ impl Template {
             registry: &self.registry,
             types: &expanded.types,
             values: &expanded.values,
+            off: &expanded.off,
         };
         let mut graph = validate::build(&flat, None).map_err(|found| Problems(expand::tidy(found.0)))?;
         for (name, zone) in expanded.params {
@@ -107,7 +109,30 @@ fn locate_groups(groups: &mut BTreeMap<String, Group>, registry: &Registry, fold
         let own = group.folder.take();
         let folder = own.as_deref().unwrap_or(folder);
         locate(&mut group.nodes, registry, folder);
+        locate_defaults(&mut group.interface, &group.nodes, registry, folder);
         locate_groups(&mut group.groups, registry, folder);
+    }
+}
+
+/// Values that an interface has for parameters that are files.
+fn locate_defaults(
+    interface: &mut Interface,
+    nodes: &BTreeMap<String, NodeEntry>,
+    registry: &Registry,
+    folder: &Path,
+) {
+    let is_file = |target: &String| {
+        let (node, param) = split_path(target)?;
+        let ty = registry.node(&nodes.get(node)?.ty)?;
+        let spec = ty.spec.params.iter().find(|spec| spec.name == param)?;
+        matches!(spec.kind, ParamKind::File { .. }).then_some(())
+    };
+    for param in interface.params.values_mut() {
+        if let Some(ParamValue::Text(path)) = &mut param.default
+            && param.targets.iter().any(|target| is_file(target).is_some())
+        {
+            *path = join(folder, path);
+        }
     }
 }
 

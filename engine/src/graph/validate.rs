@@ -7,8 +7,9 @@ use std::sync::Arc;
 use petgraph::algo::toposort;
 use petgraph::graph::{DiGraph, NodeIndex};
 
+use super::expand::Off;
 use super::{Graph, GraphNode, Problem, ProblemKind, Problems, Source, cycle, interface};
-use crate::document::{Document, InterfaceInput, Link, NodeEntry, is_name, split_path};
+use crate::document::{Document, InterfaceInput, Link, NodeEntry, NodeMode, is_name, split_path};
 use crate::files::join;
 use crate::registry::{NodeType, Registry};
 use crate::spec::{Arity, ParamKind, ParamValue};
@@ -21,12 +22,14 @@ pub(super) struct Flat<'a> {
     pub types: &'a BTreeMap<String, Arc<NodeType>>,
     /// Nodes that stand for inputs that take a value, by input.
     pub values: &'a BTreeMap<String, String>,
+    /// Nodes that are muted or bypassed. No link of the document leads to one or comes from one.
+    pub off: &'a Off,
 }
 
 pub(super) fn build(flat: &Flat<'_>, folder: Option<&Path>) -> Result<Graph, Problems> {
-    let &Flat { document, registry, types, values } = flat;
+    let &Flat { document, registry, types, values, off } = flat;
     let (nodes, problems) = (BTreeMap::new(), Vec::new());
-    let mut builder = Builder { document, registry, types, values, folder, nodes, problems };
+    let mut builder = Builder { document, registry, types, values, off, folder, nodes, problems };
     for (name, entry) in &document.nodes {
         builder.node(name, entry);
     }
@@ -45,9 +48,11 @@ pub(super) fn build(flat: &Flat<'_>, folder: Option<&Path>) -> Result<Graph, Pro
         inputs: BTreeMap::new(),
         outputs: BTreeMap::new(),
         params: BTreeMap::new(),
+        passed: BTreeMap::new(),
         template: None,
     };
     builder.interface(&mut graph, &indices);
+    builder.passed(&mut graph, &indices);
     graph.nodes = builder.nodes.into_values().map(|draft| draft.node).collect();
     if builder.problems.is_empty() { Ok(graph) } else { Err(Problems(builder.problems)) }
 }
@@ -57,6 +62,7 @@ struct Builder<'a> {
     registry: &'a Registry,
     types: &'a BTreeMap<String, Arc<NodeType>>,
     values: &'a BTreeMap<String, String>,
+    off: &'a Off,
     folder: Option<&'a Path>,
     /// Nodes of known types.
     nodes: BTreeMap<&'a str, Draft>,
@@ -81,22 +87,15 @@ impl<'a> Builder<'a> {
             self.report(Problem::new(ProblemKind::BadName, None, "node name", format!("`{name}`"), expected));
         }
         let Some(ty) = self.registry.node(&entry.ty).or_else(|| self.types.get(&entry.ty)) else {
+            if entry.mode == NodeMode::Mute {
+                return;
+            }
             let known = self.registry.nodes().map(|t| t.spec.id);
             let kind = ProblemKind::UnknownType;
             self.report(Problem::unknown(kind, Some(name), "type", &entry.ty, "node types", known));
             return;
         };
-        for field in entry.other_fields.keys() {
-            let known = ["type", "params"];
-            self.report(Problem::unknown(
-                ProblemKind::UnknownField,
-                Some(name),
-                "field",
-                field,
-                "fields",
-                known,
-            ));
-        }
+        self.problems.extend(Problem::fields(name, entry));
         for (param, value) in &entry.other_params {
             let spec = ty.spec.params.iter().find(|p| p.name == param);
             let expected =
@@ -198,13 +197,17 @@ impl<'a> Builder<'a> {
 
     /// Checks that every input has as many links as it takes.
     fn arities(&mut self) {
-        for (name, draft) in &self.nodes {
+        let off = |name: &str| self.document.nodes.get(name).is_some_and(|entry| entry.mode.is_off());
+        for (name, draft) in self.nodes.iter().filter(|(name, _)| !off(name)) {
             for (socket, written) in draft.node.ty.spec.inputs.iter().zip(&draft.written) {
                 let item = format!("input `{}`", socket.name);
                 let (kind, found, expected) = match (socket.arity, written.len()) {
                     (Arity::One, 0) => {
                         let expected = format!("a link that brings {}", socket.ty);
-                        (ProblemKind::MissingInput, "nothing".to_owned(), expected)
+                        let reason = self.off.lost.get(&((*name).to_owned(), socket.name.to_owned()));
+                        let found =
+                            reason.map_or("nothing".into(), |reason| format!("nothing, since {reason}"));
+                        (ProblemKind::MissingInput, found, expected)
                     }
                     (Arity::One | Arity::Optional, 2..) => {
                         let found = format!("{} links, from {}", written.len(), written.join(", "));
@@ -240,6 +243,24 @@ impl<'a> Builder<'a> {
             self.report(Problem::new(ProblemKind::Cycle, Some(names[first]), "links", found, expected));
         }
         (topology, Vec::new())
+    }
+
+    /// What the nodes that are off pass on.
+    fn passed(&self, graph: &mut Graph, indices: &BTreeMap<&str, usize>) {
+        let at = |node: &str, socket: &str| {
+            let sockets = &self.nodes.get(node)?.node.ty.spec.outputs;
+            let output = sockets.iter().position(|output| output.name == socket)?;
+            Some(Source { node: *indices.get(node)?, output })
+        };
+        for ((node, socket), passed) in &self.off.passed {
+            let passed = match passed {
+                Ok((node, socket)) => at(node, socket).map(Ok),
+                Err(reason) => Some(Err(reason.clone())),
+            };
+            if let Some((here, passed)) = at(node, socket).zip(passed) {
+                graph.passed.insert((here.node, here.output), passed);
+            }
+        }
     }
 
     fn interface(&mut self, graph: &mut Graph, indices: &BTreeMap<&str, usize>) {

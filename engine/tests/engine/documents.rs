@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use breccia_engine::{
-    Document, Interface, InterfaceInput, InterfaceOutput, InterfaceParam, NodeEntry, ParamValue,
+    Document, Interface, InterfaceInput, InterfaceOutput, InterfaceParam, NodeEntry, NodeMode, ParamValue,
 };
 use proptest::prelude::*;
 
@@ -43,8 +43,10 @@ fn map<T: std::fmt::Debug>(values: impl Strategy<Value = T>) -> impl Strategy<Va
 
 fn node() -> impl Strategy<Value = NodeEntry> {
     let fields = prop::collection::btree_map("[a-z_]{3,9}x", ron_value(), 0..2);
-    (any::<String>(), map(value()), fields).prop_map(|(ty, params, other_fields)| NodeEntry {
+    let mode = prop::sample::select(&NodeMode::ALL);
+    (any::<String>(), mode, map(value()), fields).prop_map(|(ty, mode, params, other_fields)| NodeEntry {
         ty,
+        mode,
         params,
         other_fields,
         ..NodeEntry::default()

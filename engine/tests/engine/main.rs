@@ -7,6 +7,7 @@ mod disk;
 mod documents;
 mod explaining;
 mod failing;
+mod modes;
 mod nodes;
 mod placing;
 mod processes;

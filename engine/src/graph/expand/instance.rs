@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::{MAX_NODES, Override, without_indices};
-use crate::document::{Document, Group, Interface, NodeEntry, is_name, split_path};
+use crate::document::{Document, Group, Interface, NodeEntry, NodeMode, is_name, split_path};
 use crate::flow;
 use crate::graph::{Problem, ProblemKind};
 use crate::registry::Registry;
 use crate::spec::{ParamKind, ParamSpec, ParamValue};
 
 /// How deep groups may lie in each other.
-const MAX_DEPTH: usize = 32;
+pub(super) const MAX_DEPTH: usize = 32;
 
 /// One graph of the tree: the document's own, or one iteration of a group.
 pub(super) struct Instance<'a> {
@@ -32,6 +32,7 @@ pub(super) struct Instance<'a> {
 }
 
 /// A node that stands for graphs, in one instance.
+#[derive(Default)]
 pub(super) struct Zone {
     /// The instances, in the order of computation.
     pub instances: Vec<usize>,
@@ -139,7 +140,11 @@ impl<'a> Tree<'a> {
             .is_some_and(|(node, param)| self.overrides.iter().any(|o| o.0 == node && o.1 == param))
     }
 
-    fn group(&self, instance: usize, name: &str) -> Option<(&'a Group, Vec<&'a BTreeMap<String, Group>>)> {
+    pub fn group(
+        &self,
+        instance: usize,
+        name: &str,
+    ) -> Option<(&'a Group, Vec<&'a BTreeMap<String, Group>>)> {
         let scopes = &self.instances[instance].scopes;
         let (depth, group) = scopes.iter().enumerate().find_map(|(i, scope)| Some((i, scope.get(name)?)))?;
         Some((group, [&group.groups].into_iter().chain(scopes[depth..].iter().copied()).collect()))
@@ -148,6 +153,10 @@ impl<'a> Tree<'a> {
     /// Makes the instances of a node that stands for a graph.
     fn zone(&mut self, instance: usize, name: &'a str, entry: &'a NodeEntry) {
         let path = self.path(instance, name);
+        if entry.mode == NodeMode::Mute {
+            self.instances[instance].zones.insert(name, Zone::default());
+            return;
+        }
         let params = self.params(instance, name);
         let body = match params.get("body") {
             Some(ParamValue::Text(body)) => body.clone(),
@@ -191,13 +200,17 @@ impl<'a> Tree<'a> {
         }
         let own = self.own_params(&path, entry, &params);
         let count = match own.get("iterations").or(own.get("levels")) {
+            _ if entry.mode.is_off() => 0,
             Some(ParamValue::Int(count)) => usize::try_from(*count).unwrap_or(0),
             _ => 1,
         };
         let given: Vec<(&String, &ParamValue)> =
             params.iter().filter(|(n, _)| !own.contains_key(n.as_str())).collect();
         self.check_given(&path, entry, group, &given);
-        let stops = entry.ty == flow::REPEAT && group.interface.outputs.contains_key("stop");
+        let stop = group.interface.outputs.get("stop");
+        // Muted, it never says so.
+        let stop = stop.filter(|out| group.nodes.get(&out.node).is_none_or(|n| n.mode != NodeMode::Mute));
+        let stops = entry.ty == flow::REPEAT && stop.is_some();
         let mut instances = Vec::new();
         for iteration in 0..count {
             let level = count - 1 - iteration;
@@ -319,17 +332,7 @@ impl<'a> Tree<'a> {
                 expected,
             ));
         }
-        for field in entry.other_fields.keys() {
-            let kind = ProblemKind::UnknownField;
-            self.problems.push(Problem::unknown(
-                kind,
-                Some(path),
-                "field",
-                field,
-                "fields",
-                ["type", "params"],
-            ));
-        }
+        self.problems.extend(Problem::fields(path, entry));
     }
 
     /// Whether a group's parameter takes a single value, so that a list means one for each level.

@@ -4,6 +4,7 @@
 //! iteration is a node like any other, under a name that tells the way to it.
 
 mod instance;
+mod off;
 mod resolve;
 
 use std::collections::BTreeMap;
@@ -13,6 +14,7 @@ use super::{Problem, ProblemKind};
 use crate::document::{Document, InterfaceOutput, InterfaceParam};
 use crate::registry::{NodeType, Registry};
 use crate::spec::{ParamSpec, ParamValue};
+pub(crate) use off::Off;
 
 /// The most nodes that a graph may have once it is expanded.
 pub(crate) const MAX_NODES: usize = 20_000;
@@ -29,6 +31,8 @@ pub(crate) struct Expanded {
     pub params: BTreeMap<String, ZoneParam>,
     /// Inputs that take a value rather than a file: their node in the document.
     pub values: BTreeMap<String, String>,
+    /// Nodes that are muted or bypassed.
+    pub off: Off,
     pub problems: Vec<Problem>,
 }
 
@@ -42,7 +46,10 @@ pub(crate) struct ZoneParam {
 /// Whether a document needs expanding at all.
 pub(crate) fn needed(document: &Document) -> bool {
     !document.groups.is_empty()
-        || document.nodes.values().any(|entry| crate::flow::stands_for_graph(&entry.ty))
+        || document
+            .nodes
+            .values()
+            .any(|entry| entry.mode.is_off() || crate::flow::stands_for_graph(&entry.ty))
         || document.interface.inputs.values().any(|input| !input.targets.is_empty())
 }
 
@@ -58,19 +65,27 @@ pub(crate) fn expand(document: &Document, registry: &Registry, overrides: &[Over
     };
     let mut types = BTreeMap::new();
     let mut values = BTreeMap::new();
+    let mut off = Off::default();
     if tree.problems.is_empty() {
         let mut links = resolve::Resolver::new(&tree);
         links.connect();
-        (flat.nodes, flat.links) = (links.nodes, links.links);
-        values = links.values;
-        types = links.types;
-        let found = links.problems;
-        for output in flat.interface.outputs.values_mut() {
-            let resolved = resolve::Resolver::new(&tree).output(0, &output.node, &output.socket);
-            if let Some((node, socket)) = resolved {
-                *output = InterfaceOutput { node, socket, docs: std::mem::take(&mut output.docs) };
+        for (name, output) in &mut flat.interface.outputs {
+            match links.output(0, &output.node, &output.socket) {
+                Ok((node, socket)) => {
+                    *output = InterfaceOutput { node, socket, docs: std::mem::take(&mut output.docs) };
+                }
+                Err(Some(reason)) => {
+                    let (item, expected) =
+                        (format!("interface output `{name}`"), "an output that has a value");
+                    let found = format!("nothing, since {reason}");
+                    links.problems.push(Problem::new(ProblemKind::Muted, None, item, found, expected));
+                }
+                Err(None) => {}
             }
         }
+        let found = links.problems;
+        (flat.nodes, flat.links) = (links.nodes, links.links);
+        (values, types, off) = (links.values, links.types, links.off);
         tree.problems.extend(found);
     }
     let mut params = BTreeMap::new();
@@ -86,7 +101,7 @@ pub(crate) fn expand(document: &Document, registry: &Registry, overrides: &[Over
     for input in flat.interface.inputs.values_mut() {
         input.targets.clear();
     }
-    Expanded { document: flat, types, params, values, problems: tidy(tree.problems) }
+    Expanded { document: flat, types, params, values, off, problems: tidy(tree.problems) }
 }
 
 /// What an exposed parameter takes, if one of its targets belongs to a group or zone.

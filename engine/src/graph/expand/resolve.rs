@@ -1,10 +1,12 @@
 //! The links of the flat graph: where each begins and ends once groups and zones are written out.
 
-use std::collections::BTreeMap;
+use std::cell::{Cell, RefCell};
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use super::instance::Tree;
-use crate::document::{Link, NodeEntry, split_path};
+use super::off::Off;
+use crate::document::{Link, NodeEntry, NodeMode, split_path};
 use crate::flow::{self, Flag};
 use crate::graph::{Problem, ProblemKind};
 use crate::node::Node;
@@ -13,6 +15,9 @@ use crate::value::Data;
 
 /// An output of the flat graph: node and socket.
 type Output = (String, String);
+
+/// An output, or, where there is none because of a node that is muted or bypassed, the reason.
+type Found = Result<Output, Option<String>>;
 
 /// How many groups a value may pass through without meeting a node.
 const MAX_STEPS: usize = 3_000;
@@ -24,8 +29,15 @@ pub(super) struct Resolver<'t, 'a> {
     pub types: BTreeMap<String, Arc<NodeType>>,
     /// Inputs of the document that take a value: name and node.
     pub values: BTreeMap<String, String>,
+    /// Nodes that are muted or bypassed.
+    pub off: Off,
     pub problems: Vec<Problem>,
-    steps: std::cell::Cell<usize>,
+    steps: Cell<usize>,
+    /// What was found before, by instance, node and socket. What is being looked for is found to be nothing, so that
+    /// a way that leads back to itself ends.
+    known: RefCell<HashMap<(usize, String, String), Found>>,
+    /// What iterations give, by instance and output.
+    known_after: RefCell<HashMap<(usize, String), Found>>,
 }
 
 impl<'t, 'a> Resolver<'t, 'a> {
@@ -36,8 +48,11 @@ impl<'t, 'a> Resolver<'t, 'a> {
             links: Vec::new(),
             types: BTreeMap::new(),
             values: BTreeMap::new(),
+            off: Off::default(),
             problems: Vec::new(),
-            steps: std::cell::Cell::default(),
+            steps: Cell::default(),
+            known: RefCell::default(),
+            known_after: RefCell::default(),
         }
     }
 
@@ -56,6 +71,24 @@ impl<'t, 'a> Resolver<'t, 'a> {
                 self.link(instance, text);
             }
             self.fed(instance);
+            self.passed(instance);
+        }
+    }
+
+    /// Whether a node of an instance neither runs nor takes anything.
+    fn is_off(&self, instance: usize, node: &str) -> bool {
+        self.tree.instances[instance].entries.get(node).is_some_and(|entry| entry.mode.is_off())
+    }
+
+    /// Notes what the nodes that are off pass on.
+    fn passed(&mut self, instance: usize) {
+        let here = &self.tree.instances[instance];
+        for (name, entry) in here.entries.iter().filter(|(_, entry)| entry.mode.is_off()) {
+            let Some(ty) = self.tree.registry.node(&entry.ty) else { continue };
+            for socket in ty.spec.outputs.iter().filter(|_| !here.zones.contains_key(name.as_str())) {
+                let found = self.output(instance, name, socket.name).map_err(Option::unwrap_or_default);
+                self.off.passed.insert((self.tree.path(instance, name), socket.name.to_owned()), found);
+            }
         }
     }
 
@@ -135,12 +168,19 @@ impl<'t, 'a> Resolver<'t, 'a> {
                 self.problems.push(problem);
             }
         }
-        if self.known_output(instance, &link.from_node, &link.from_socket)
-            && !here.zones.contains_key(link.to_node.as_str())
-            && let Some((node, socket)) = self.output(instance, &link.from_node, &link.from_socket)
+        if !self.known_output(instance, &link.from_node, &link.from_socket)
+            || here.zones.contains_key(link.to_node.as_str())
+            || self.is_off(instance, &link.to_node)
         {
-            let to = self.tree.path(instance, &link.to_node);
-            self.links.push(format!("{node}.{socket} -> {to}.{}", link.to_socket));
+            return;
+        }
+        let to = self.tree.path(instance, &link.to_node);
+        match self.output(instance, &link.from_node, &link.from_socket) {
+            Ok((node, socket)) => self.links.push(format!("{node}.{socket} -> {to}.{}", link.to_socket)),
+            Err(Some(reason)) => {
+                self.off.lost.insert((to, link.to_socket), reason);
+            }
+            Err(None) => {}
         }
     }
 
@@ -158,19 +198,29 @@ impl<'t, 'a> Resolver<'t, 'a> {
         false
     }
 
-    /// Where a value of an instance comes from. `None` where nothing is linked, or the name is unknown.
-    pub fn output(&self, instance: usize, node: &str, socket: &str) -> Option<Output> {
-        self.steps.set(self.steps.get() + 1);
-        if self.steps.get() > MAX_STEPS {
-            return None;
+    /// Where a value of an instance comes from. Nothing where nothing is linked, or the name is unknown.
+    pub fn output(&self, instance: usize, node: &str, socket: &str) -> Found {
+        let key = (instance, node.to_owned(), socket.to_owned());
+        if let Some(known) = self.known.borrow().get(&key) {
+            return known.clone();
         }
+        if self.steps.get() >= MAX_STEPS {
+            return Err(None);
+        }
+        self.known.borrow_mut().insert(key.clone(), Err(None));
+        self.steps.set(self.steps.get() + 1);
         let found = self.output_step(instance, node, socket);
         self.steps.set(self.steps.get() - 1);
+        self.known.borrow_mut().insert(key, found.clone());
         found
     }
 
-    fn output_step(&self, instance: usize, node: &str, socket: &str) -> Option<Output> {
+    fn output_step(&self, instance: usize, node: &str, socket: &str) -> Found {
         let here = &self.tree.instances[instance];
+        let mode = here.entries.get(node).map_or(NodeMode::Normal, |entry| entry.mode);
+        if mode == NodeMode::Mute {
+            return Err(Some(format!("node `{}` is muted", self.tree.path(instance, node))));
+        }
         let Some(zone) = here.zones.get(node) else {
             // The reader of an input that is linked gives way to what is linked.
             let reader = here
@@ -179,30 +229,66 @@ impl<'t, 'a> Resolver<'t, 'a> {
                 .iter()
                 .find(|(_, input)| input.node == node && input.targets.is_empty());
             if let Some((name, _)) = reader.filter(|_| here.parent.is_some())
-                && let Some(source) = self.incoming(instance, name).into_iter().next()
+                && let Some(source) = self.incoming(instance, name).into_iter().find(Found::is_ok)
             {
-                return Some(source);
+                return source;
             }
-            return Some((self.tree.path(instance, node), socket.to_owned()));
+            if mode == NodeMode::Bypass {
+                return self.bypassed(instance, node, socket);
+            }
+            return Ok((self.tree.path(instance, node), socket.to_owned()));
         };
+        if mode == NodeMode::Bypass {
+            return self.bypassed(instance, node, socket);
+        }
         let Some(&last) = zone.instances.last() else {
             // No iteration: what goes in comes out.
-            return self.linked(instance, node, socket).into_iter().next();
+            return first(self.linked(instance, node, socket));
         };
-        if zone.must_stop {
-            return Some((self.required(instance, node, socket), "value".to_owned()));
+        let found = self.after(last, zone.stops, socket);
+        if zone.must_stop && found.is_ok() {
+            return Ok((self.required(instance, node, socket), "value".to_owned()));
         }
-        self.after(last, zone.stops, socket)
+        found
+    }
+
+    /// What a bypassed node passes on.
+    fn bypassed(&self, instance: usize, node: &str, socket: &str) -> Found {
+        let bypassed = format!("node `{}` is bypassed, and", self.tree.path(instance, node));
+        let Some(input) = self.tree.passing(instance, node, socket) else {
+            return Err(Some(format!("{bypassed} has no input of the type of its output `{socket}`")));
+        };
+        match first(self.linked(instance, node, &input)) {
+            Err(None) => Err(Some(format!("{bypassed} nothing goes into its input `{input}`"))),
+            found => found,
+        }
     }
 
     /// What an iteration gives: its own output, or that of a gate that knows whether the zone had stopped.
-    fn after(&self, instance: usize, stops: bool, socket: &str) -> Option<Output> {
-        let here = &self.tree.instances[instance];
-        if stops && here.iteration > 0 {
-            return Some((format!("{}={socket}", here.prefix), "value".to_owned()));
+    fn after(&self, instance: usize, stops: bool, socket: &str) -> Found {
+        let key = (instance, socket.to_owned());
+        if let Some(known) = self.known_after.borrow().get(&key) {
+            return known.clone();
         }
-        let output = here.interface.outputs.get(socket)?;
-        self.output(instance, &output.node, &output.socket)
+        let found = self.after_step(instance, stops, socket);
+        self.known_after.borrow_mut().insert(key, found.clone());
+        found
+    }
+
+    fn after_step(&self, instance: usize, stops: bool, socket: &str) -> Found {
+        let here = &self.tree.instances[instance];
+        let output = here.interface.outputs.get(socket).ok_or(None)?;
+        let own = self.output(instance, &output.node, &output.socket)?;
+        let Some((parent, node)) = here.parent.filter(|_| stops && here.iteration > 0) else {
+            return Ok(own);
+        };
+        // There is a gate only where there is something for it to choose from.
+        let before = self.tree.instances[parent].zones[node].instances[here.iteration - 1];
+        self.after(before, stops, socket)?;
+        if socket != "stop" {
+            self.after(before, stops, "stop")?;
+        }
+        Ok((format!("{}={socket}", here.prefix), "value".to_owned()))
     }
 
     fn required(&self, instance: usize, node: &str, socket: &str) -> String {
@@ -210,30 +296,30 @@ impl<'t, 'a> Resolver<'t, 'a> {
     }
 
     /// What is linked to a socket of a node of an instance.
-    fn linked(&self, instance: usize, node: &str, socket: &str) -> Vec<Output> {
+    fn linked(&self, instance: usize, node: &str, socket: &str) -> Vec<Found> {
         let links = self.tree.instances[instance].links.iter().filter_map(|text| Link::parse(text));
         let links = links.filter(|link| link.to_node == node && link.to_socket == socket);
-        let mut found: Vec<Output> =
-            links.filter_map(|link| self.output(instance, &link.from_node, &link.from_socket)).collect();
+        let mut found: Vec<Found> =
+            links.map(|link| self.output(instance, &link.from_node, &link.from_socket)).collect();
         found.extend(self.through(instance, node, socket));
         found
     }
 
     /// What an input of the surrounding instance, or of the document, brings straight to a socket.
-    fn through(&self, instance: usize, node: &str, socket: &str) -> Vec<Output> {
+    fn through(&self, instance: usize, node: &str, socket: &str) -> Vec<Found> {
         let here = &self.tree.instances[instance];
         let target = format!("{node}.{socket}");
         let inputs = here.interface.inputs.iter().filter(|(_, input)| input.targets.contains(&target));
         inputs
             .flat_map(|(name, _)| match here.parent {
                 Some(_) => self.incoming(instance, name),
-                None => vec![(format!("={name}"), "value".to_owned())],
+                None => vec![Ok((format!("={name}"), "value".to_owned()))],
             })
             .collect()
     }
 
     /// What an instance is given for one of its inputs.
-    fn incoming(&self, instance: usize, input: &str) -> Vec<Output> {
+    fn incoming(&self, instance: usize, input: &str) -> Vec<Found> {
         self.steps.set(self.steps.get() + 1);
         if self.steps.get() > MAX_STEPS {
             return Vec::new();
@@ -243,7 +329,7 @@ impl<'t, 'a> Resolver<'t, 'a> {
         let zone = &self.tree.instances[parent].zones[node];
         let found = if here.iteration > 0 && here.interface.outputs.contains_key(input) {
             let before = zone.instances[here.iteration - 1];
-            self.after(before, zone.stops, input).into_iter().collect()
+            vec![self.after(before, zone.stops, input)]
         } else {
             self.linked(parent, node, input)
         };
@@ -259,7 +345,10 @@ impl<'t, 'a> Resolver<'t, 'a> {
         }
         for (name, input) in &here.interface.inputs {
             let item = format!("input `{name}` of group at `{}`", here.prefix.trim_end_matches('/'));
-            let sources = self.incoming(instance, name);
+            let (sources, lacks): (Vec<_>, Vec<_>) =
+                self.incoming(instance, name).into_iter().partition(Result::is_ok);
+            let sources: Vec<Output> = sources.into_iter().flatten().collect();
+            let reason = lacks.into_iter().find_map(|lack| lack.err().flatten());
             for source in &sources {
                 if let Some(found) = self.type_of(source).filter(|found| *found != input.ty) {
                     let found = format!("{found} from `{}.{}`", source.0, source.1);
@@ -271,7 +360,7 @@ impl<'t, 'a> Resolver<'t, 'a> {
             for target in &input.targets {
                 match sources.first() {
                     Some(_) => sources.iter().for_each(|source| self.ends(instance, target, source, &item)),
-                    None => self.check_target(instance, target, &item),
+                    None => self.lacks(instance, target, &item, reason.as_deref()),
                 }
             }
         }
@@ -282,9 +371,18 @@ impl<'t, 'a> Resolver<'t, 'a> {
         self.check_target(instance, target, item);
         let Some((node, socket)) = split_path(target) else { return };
         let here = &self.tree.instances[instance];
-        if here.entries.contains_key(node) && !here.zones.contains_key(node) {
+        if here.entries.get(node).is_some_and(|entry| !entry.mode.is_off()) && !here.zones.contains_key(node)
+        {
             let to = self.tree.path(instance, node);
             self.links.push(format!("{}.{} -> {to}.{socket}", source.0, source.1));
+        }
+    }
+
+    /// Notes why there is nothing for a target of an interface.
+    fn lacks(&mut self, instance: usize, target: &str, item: &str, reason: Option<&str>) {
+        self.check_target(instance, target, item);
+        if let Some(((node, socket), reason)) = split_path(target).zip(reason) {
+            self.off.lost.insert((self.tree.path(instance, node), socket.to_owned()), reason.to_owned());
         }
     }
 
@@ -327,12 +425,12 @@ impl<'t, 'a> Resolver<'t, 'a> {
         let names: Vec<&String> = here.interface.outputs.keys().collect();
         let stop = |iteration: usize| self.after(zone.instances[iteration], zone.stops, "stop");
         if zone.stops && here.iteration > 0 {
-            let Some(stopped) = stop(here.iteration - 1) else { return };
+            let Ok(stopped) = stop(here.iteration - 1) else { return };
             for name in &names {
                 let before = self.after(zone.instances[here.iteration - 1], true, name);
                 let output = &here.interface.outputs[*name];
                 let own = self.output(instance, &output.node, &output.socket);
-                let (Some(before), Some(own)) = (before, own) else { continue };
+                let (Ok(before), Ok(own)) = (before, own) else { continue };
                 let Some(ty) = self.type_of(&own) else { continue };
                 let gate = format!("{}={name}", here.prefix);
                 self.add(&gate, flow::GATE, ty, flow::gate);
@@ -342,7 +440,7 @@ impl<'t, 'a> Resolver<'t, 'a> {
             }
         }
         if zone.stops && last {
-            let stopped = self.after(instance, true, "stop");
+            let stopped = self.after(instance, true, "stop").ok();
             if let Some(ty) = stopped.as_ref().and_then(|s| self.type_of(s)).filter(|ty| *ty != Flag::TYPE) {
                 let path = self.tree.path(parent, node);
                 let (found, expected) = (format!("type {ty}"), Flag::TYPE);
@@ -353,7 +451,7 @@ impl<'t, 'a> Resolver<'t, 'a> {
             if zone.must_stop {
                 for name in &names {
                     let value = self.after(instance, true, name);
-                    let (Some(stopped), Some(value)) = (&stopped, value) else { continue };
+                    let (Some(stopped), Ok(value)) = (&stopped, value) else { continue };
                     let Some(ty) = self.type_of(&value) else { continue };
                     let node = self.required(parent, node, name);
                     self.add(&node, flow::REQUIRE, ty, flow::require);
@@ -363,4 +461,9 @@ impl<'t, 'a> Resolver<'t, 'a> {
             }
         }
     }
+}
+
+/// The first of several outputs, or the first reason why there is none.
+fn first(all: Vec<Found>) -> Found {
+    all.iter().find(|found| found.is_ok()).or(all.first()).cloned().unwrap_or(Err(None))
 }
