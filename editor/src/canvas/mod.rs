@@ -9,4 +9,5 @@ mod node;
 mod view;
 
 pub use geometry::{Geometry, HEADER, ROW, WIDTH, size_of};
+pub use node::{bytes, seconds};
 pub use view::{Canvas, Sight};

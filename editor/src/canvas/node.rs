@@ -28,7 +28,7 @@ pub struct Look<'a> {
     /// A small picture of its result.
     pub picture: Option<&'a TextureHandle>,
     /// Whether it runs.
-    pub mode: &'a NodeMode,
+    pub mode: NodeMode,
     /// Whether it is selected.
     pub selected: bool,
     /// Whether the viewport shows it.
@@ -39,7 +39,7 @@ pub struct Look<'a> {
 
 /// Draws a node into a rectangle of the screen.
 pub fn draw(painter: &Painter, rect: Rect, zoom: f32, look: &Look<'_>, colors: &Palette) {
-    let faint = *look.mode != NodeMode::Normal;
+    let faint = look.mode != NodeMode::Normal;
     let dim = |color: Color32| if faint { color.gamma_multiply(0.45) } else { color };
     let round = CornerRadius::same((5.0 * zoom).clamp(1.0, 12.0) as u8);
     let head = Rect::from_min_size(rect.min, vec2(rect.width(), (HEADER * zoom).min(rect.height())));
@@ -76,7 +76,6 @@ pub fn draw(painter: &Painter, rect: Rect, zoom: f32, look: &Look<'_>, colors: &
         NodeMode::Normal => "",
         NodeMode::Mute => "muted",
         NodeMode::Bypass => "bypassed",
-        _ => "?",
     };
     if !badge.is_empty() {
         let at = pos2(head.right() - 7.0 * zoom, head.center().y);
@@ -158,7 +157,7 @@ pub fn state_text(look: &Look<'_>) -> String {
     match look.mode {
         NodeMode::Mute => return "muted".into(),
         NodeMode::Bypass => return "bypassed".into(),
-        _ => {}
+        NodeMode::Normal => {}
     }
     if !look.shape.known {
         return "unknown type".into();

@@ -411,7 +411,7 @@ impl Canvas {
                 place: sight.layout.nodes.get(&name).copied().unwrap_or_default(),
                 status: sight.board.get(&path),
                 picture: sight.pictures.get(&path),
-                mode: &entry.mode,
+                mode: entry.mode,
                 selected: sight.selection.nodes.contains(&name),
                 watched: sight.watched.and_then(|output| output.rsplit_once('.')).is_some_and(|(node, _)| node == path),
                 broken: sight.broken.contains(&path),

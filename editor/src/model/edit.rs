@@ -223,7 +223,7 @@ pub fn set_picture(state: &mut State, at: &Address, nodes: &BTreeSet<String>, pi
 /// Mutes nodes, bypasses them, or lets them run.
 pub fn set_mode(state: &mut State, at: &Address, nodes: &BTreeSet<String>, mode: NodeMode) {
     let Some(level) = state.level_mut(at) else { return };
-    level.nodes.iter_mut().filter(|(name, _)| nodes.contains(*name)).for_each(|(_, entry)| entry.mode = mode.clone());
+    level.nodes.iter_mut().filter(|(name, _)| nodes.contains(*name)).for_each(|(_, entry)| entry.mode = mode);
 }
 
 /// Puts the points that a link runs through.
