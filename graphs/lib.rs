@@ -12,6 +12,12 @@
 //! Presets of the same purpose have the same interface names (`exemplar`, `size`, `seed`, `volume`,
 //! `preview`, …), so that one can take the place of another.
 
+mod reading;
+mod sources;
+
+pub use reading::{ReadError, read};
+pub use sources::{SCHEME, Sources, set_of};
+
 /// A graph that comes with the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Preset {
@@ -19,6 +25,8 @@ pub struct Preset {
     pub name: &'static str,
     /// The document.
     pub ron: &'static str,
+    /// What it makes, 320 × 240 pixels, as JPEG.
+    pub picture: &'static [u8],
 }
 
 /// A file that comes with the program.
@@ -32,7 +40,11 @@ pub struct Asset {
 
 macro_rules! presets {
     ($($name:literal),* $(,)?) => {
-        &[$(Preset { name: $name, ron: include_str!(concat!("presets/", $name, ".ron")) }),*]
+        &[$(Preset {
+            name: $name,
+            ron: include_str!(concat!("presets/", $name, ".ron")),
+            picture: include_bytes!(concat!("pictures/", $name, ".jpg")),
+        }),*]
     };
 }
 

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use breccia_engine::{Document, Graph, IncludeError, Registry};
+use breccia_engine::{Graph, Registry};
+use breccia_graphs::ReadError;
 
 use crate::exit::{Code, Failure, did_you_mean};
-use crate::sources::Sources;
 
 /// Reads and checks a graph.
 ///
@@ -13,30 +13,24 @@ use crate::sources::Sources;
 /// Says what is wrong with the name, the file or the graph.
 pub fn load(name: &str, registry: &Registry) -> Result<Graph, Failure> {
     if let Some(preset) = breccia_graphs::preset(name) {
-        let mut document = Document::parse(preset.ron).map_err(|error| invalid(name, &error.to_string()))?;
-        include(&mut document, Path::new("")).map_err(|error| invalid(name, &error.to_string()))?;
+        let document = preset.document().map_err(|error| invalid(name, &error.to_string()))?;
         return Graph::new(&document, registry).map_err(|problems| invalid(name, &problems.to_string()));
     }
-    let path = Path::new(name);
-    let bytes = std::fs::read(path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::NotFound => {
-            let known = breccia_graphs::presets().iter().map(|preset| preset.name);
-            let hint = did_you_mean(name, known);
-            Failure::usage(format!(
-                "`{name}` is neither a file nor a preset{hint} (`breccia presets` lists the presets)"
-            ))
-        }
-        _ => Failure::new(Code::Input, format!("cannot read `{name}`: {error}")),
+    let (document, folder) = breccia_graphs::read(Path::new(name)).map_err(|error| match error {
+        ReadError::Missing => unknown(name),
+        ReadError::Unreadable(error) => Failure::new(Code::Input, format!("cannot read `{name}`: {error}")),
+        error => invalid(name, &error.to_string()),
     })?;
-    let mut document = Document::parse_bytes(&bytes).map_err(|error| invalid(name, &error.to_string()))?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    include(&mut document, folder).map_err(|error| invalid(name, &error.to_string()))?;
-    Graph::with_folder(&document, registry, folder).map_err(|problems| invalid(name, &problems.to_string()))
+    Graph::with_folder(&document, registry, &folder).map_err(|problems| invalid(name, &problems.to_string()))
 }
 
-/// Reads the groups that stand in files of their own.
-fn include(document: &mut Document, folder: &Path) -> Result<(), IncludeError> {
-    document.include(folder, &Sources::default())
+/// Neither a preset nor a file.
+pub fn unknown(name: &str) -> Failure {
+    let known = breccia_graphs::presets().iter().map(|preset| preset.name);
+    let hint = did_you_mean(name, known);
+    Failure::usage(format!(
+        "`{name}` is neither a file nor a preset{hint} (`breccia presets` lists the presets)"
+    ))
 }
 
 fn invalid(name: &str, problems: &str) -> Failure {

@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use breccia_engine::{Graph, parse_value};
+use breccia_graphs::set_of;
 
 use crate::exit::Failure;
-use crate::sources::set_of;
 
 /// `NAME=VALUE` on the command line.
 #[derive(Clone, Debug)]

@@ -12,7 +12,6 @@ mod interrupt;
 mod outputs;
 mod progress;
 mod sizes;
-mod sources;
 mod term;
 
 use std::process::ExitCode;

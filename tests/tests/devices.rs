@@ -14,7 +14,7 @@ use breccia_nodes::data::Volume;
 use breccia_nodes::device::{AdapterKind, Gpu, GpuDevice, GpuSettings};
 use breccia_shaders::{kernels, testing};
 
-use support::{Builtin, small};
+use support::small;
 
 /// A device that claims to be fast, so that `auto` sends all nodes there whose results are the same.
 struct Fast(GpuDevice);
@@ -58,7 +58,7 @@ fn run(name: &str, place: Place, outputs: &[&str]) -> Outcome {
     let names: Vec<_> = graph.outputs().map(|output| output.name.to_owned()).collect();
     let all: Vec<_> = names.iter().map(String::as_str).collect();
     let names = if outputs.is_empty() { &all } else { outputs };
-    let builder = Engine::builder().files(Arc::new(Builtin)).threads(2);
+    let builder = Engine::builder().files(Arc::new(breccia_graphs::Sources::default())).threads(2);
     let on = |choice, gpu| {
         let device: Arc<dyn ComputeDevice> = Arc::new(Fast(GpuDevice(gpu)));
         (choice, Some(device))

@@ -1,29 +1,18 @@
 //! Texture optimisation as a graph: what runs again, and what is said of bad input.
 
 use std::cell::RefCell;
-use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
 use breccia_engine::{
-    CacheLevel, CancelToken, Document, Engine, Event, FileSource, Graph, RunResult, Value, parse_value,
+    CacheLevel, CancelToken, Document, Engine, Event, Graph, RunResult, Value, parse_value,
 };
+use breccia_graphs::Sources;
 use breccia_nodes::data::{Image, Samples};
 use breccia_nodes::optimize::Field;
 
-struct Builtin;
-
-impl FileSource for Builtin {
-    fn read(&self, path: &str) -> io::Result<Arc<Vec<u8>>> {
-        let bytes = path.strip_prefix("builtin:").and_then(breccia_graphs::asset);
-        bytes.map(|bytes| Arc::new(bytes.to_vec())).ok_or_else(|| io::ErrorKind::NotFound.into())
-    }
-}
-
 fn preset(name: &str) -> Document {
-    let mut document = Document::parse(breccia_graphs::preset(name).unwrap().ron).unwrap();
-    document.include(Path::new(""), &Builtin).unwrap();
-    document
+    breccia_graphs::preset(name).unwrap().document().unwrap()
 }
 
 fn graph(settings: &[(&str, &str)]) -> Graph {
@@ -37,7 +26,8 @@ fn graph(settings: &[(&str, &str)]) -> Graph {
 }
 
 fn engine(folder: Option<&Path>) -> Engine {
-    let builder = Engine::builder().files(Arc::new(Builtin)).cache_dir(folder.map(Into::into)).threads(2);
+    let builder =
+        Engine::builder().files(Arc::new(Sources::default())).cache_dir(folder.map(Into::into)).threads(2);
     builder.build(Arc::new(breccia_nodes::registry())).unwrap()
 }
 
@@ -105,8 +95,10 @@ fn one_more_iteration_computes_one_more() {
 
 #[test]
 fn intermediate_iterations_obey_the_budget() {
-    let engine =
-        Engine::builder().files(Arc::new(Builtin)).memory(200_000).build(Arc::new(breccia_nodes::registry()));
+    let engine = Engine::builder()
+        .files(Arc::new(Sources::default()))
+        .memory(200_000)
+        .build(Arc::new(breccia_nodes::registry()));
     let engine = engine.unwrap();
     let (_, result) = run(&engine, &graph(&[("size", "32"), ("iterations", "(6, 6)")]), "volume");
     assert_eq!(result.failures, []);

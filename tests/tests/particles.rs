@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use breccia_engine::{CancelToken, Document, Engine, FileSource, Graph, ParamValue, RunResult, parse_value};
+use breccia_graphs::Sources;
 use breccia_nodes::data::{Image, SolidValue, VoxelMap, VoxelSet};
 use breccia_nodes::particles::Packing;
 
@@ -15,9 +16,7 @@ struct Files(BTreeMap<&'static str, Vec<u8>>);
 impl FileSource for Files {
     fn read(&self, path: &str) -> io::Result<Arc<Vec<u8>>> {
         let own = self.0.get(path).cloned();
-        let bytes =
-            own.or_else(|| path.strip_prefix("builtin:").and_then(breccia_graphs::asset).map(<[u8]>::to_vec));
-        bytes.map(Arc::new).ok_or_else(|| io::ErrorKind::NotFound.into())
+        own.map_or_else(|| Sources::default().read(path), |bytes| Ok(Arc::new(bytes)))
     }
 }
 

@@ -6,15 +6,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use breccia_engine::{CancelToken, Document, Engine, Sink};
+use breccia_graphs::Sources;
 
-use support::{Builtin, graph, small};
+use support::{graph, small};
 
 fn runs(name: &str) {
     let registry = Arc::new(breccia_nodes::registry());
     let graph = small(name, &registry);
     let outputs: Vec<_> = graph.outputs().map(|output| (output.name.to_owned(), output.ty)).collect();
     let names: Vec<_> = outputs.iter().map(|(name, _)| name.as_str()).collect();
-    let engine = Engine::builder().files(Arc::new(Builtin)).build(Arc::clone(&registry)).unwrap();
+    let engine = Engine::builder().files(Arc::new(Sources::default())).build(Arc::clone(&registry)).unwrap();
     let result = engine.run(&Arc::new(graph), &names, &CancelToken::default(), &|_| {}).unwrap();
     assert_eq!(result.failures, []);
     let folder = tempfile::tempdir().unwrap();
@@ -142,4 +143,18 @@ fn every_embedded_file_has_a_licence() {
 fn files_in(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     entries.flat_map(|path| if path.is_dir() { files_in(&path) } else { vec![path] }).collect()
+}
+
+#[test]
+fn every_preset_has_a_picture() {
+    for preset in breccia_graphs::presets() {
+        let picture = breccia_nodes::io::decode_image(
+            preset.picture,
+            breccia_nodes::io::Encoding::Auto,
+            &breccia_nodes::io::ReadLimits::default(),
+        );
+        let picture = picture.unwrap_or_else(|error| panic!("{}: {error}", preset.name));
+        assert_eq!((picture.width(), picture.height()), (320, 240), "{}", preset.name);
+        assert!(preset.picture.len() < 25_000, "{} has {} bytes", preset.name, preset.picture.len());
+    }
 }

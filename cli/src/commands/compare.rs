@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use breccia_engine::{Document, Engine, Graph, ParamValue, Registry, RunError, RunResult};
+use breccia_graphs::Sources;
 use breccia_nodes::data::{Curves, Image, Report};
 use breccia_nodes::io::{report_json, report_text};
 
@@ -14,7 +15,6 @@ use super::run::failures;
 use crate::exit::{self, Code, Failure};
 use crate::inputs::Assignment;
 use crate::interrupt::Interrupt;
-use crate::sources::Sources;
 use crate::{graphs, outputs};
 use page::{Figure, Page};
 

@@ -8,6 +8,7 @@ use breccia_engine::{
     CacheLevel, Device, DeviceChoice, Engine, EngineError, FailureKind, Forecast, Plan, Registry, RunError,
     RunResult,
 };
+use breccia_graphs::Sources;
 use breccia_nodes::device::{GpuSettings, open_device};
 use serde_json::json;
 
@@ -17,7 +18,6 @@ use crate::interrupt::Interrupt;
 use crate::outputs::{self, Target};
 use crate::progress::Progress;
 use crate::sizes::{self, human};
-use crate::sources::Sources;
 use crate::{folders, graphs, term};
 
 /// How long a cancelled run waits for its nodes: Ctrl-C is to work within 100 ms.

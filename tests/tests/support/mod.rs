@@ -1,27 +1,10 @@
 //! Presets made small, for tests.
 
-use std::io;
-use std::path::Path;
-use std::sync::Arc;
-
-use breccia_engine::{Document, FileSource, Graph, ParamValue, Registry, parse_value};
-
-/// The files that are built in.
-pub struct Builtin;
-
-impl FileSource for Builtin {
-    fn read(&self, path: &str) -> io::Result<Arc<Vec<u8>>> {
-        let bytes = path.strip_prefix("builtin:").and_then(breccia_graphs::asset);
-        bytes.map(|bytes| Arc::new(bytes.to_vec())).ok_or_else(|| io::ErrorKind::NotFound.into())
-    }
-}
+use breccia_engine::{Graph, ParamValue, Registry, parse_value};
 
 /// A preset.
 pub fn graph(name: &str, registry: &Registry) -> Graph {
-    let preset = breccia_graphs::preset(name).unwrap();
-    let mut document = Document::parse(preset.ron).unwrap();
-    document.include(Path::new(""), &Builtin).unwrap();
-    Graph::new(&document, registry).unwrap()
+    Graph::new(&breccia_graphs::preset(name).unwrap().document().unwrap(), registry).unwrap()
 }
 
 /// Settings that make a preset fast, by type of node.

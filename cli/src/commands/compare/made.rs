@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use breccia_engine::{Engine, Registry, RunError};
+use breccia_graphs::Sources;
 use breccia_nodes::data::Volume;
 use breccia_nodes::io::write_npy;
 
@@ -12,7 +13,6 @@ use super::{Compare, output};
 use crate::exit::{Code, Failure};
 use crate::inputs::{self, Assignment};
 use crate::interrupt::Interrupt;
-use crate::sources::Sources;
 use crate::{folders, graphs};
 
 /// The name under which the volume is handed on.
