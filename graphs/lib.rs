@@ -12,9 +12,11 @@
 //! Presets of the same purpose have the same interface names (`exemplar`, `size`, `seed`, `volume`,
 //! `preview`, …), so that one can take the place of another.
 
+mod folders;
 mod reading;
 mod sources;
 
+pub use folders::{default_cache, default_state};
 pub use reading::{ReadError, read};
 pub use sources::{SCHEME, Sources, set_of};
 

@@ -5,7 +5,7 @@
 
 mod commands;
 mod exit;
-mod folders;
+
 mod graphs;
 mod inputs;
 mod interrupt;

@@ -15,3 +15,4 @@ pub mod palette;
 pub mod run;
 pub mod theme;
 pub mod view;
+pub mod window;

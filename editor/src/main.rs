@@ -1,3 +1,84 @@
 //! The window.
 
-fn main() {}
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use breccia_editor::app::{App, NativePicker, Settings};
+use clap::Parser;
+use eframe::egui;
+
+/// Opens the visual node editor of Breccia.
+#[derive(Parser)]
+#[command(name = "breccia-editor", version)]
+struct Arguments {
+    /// A graph document, a bundle, or the name of a preset
+    graph: Option<String>,
+
+    /// Number of threads that compute; 0 means one for each processor
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: u16,
+
+    /// Mebibytes of results that are kept in memory
+    #[arg(long, value_name = "MIB", default_value_t = 1024)]
+    memory: u64,
+
+    /// Folder of the disk cache [default: breccia in the user's cache folder]
+    #[arg(long, value_name = "DIR")]
+    cache_dir: Option<PathBuf>,
+}
+
+/// The application in its window.
+struct Window(App);
+
+impl eframe::App for Window {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.0.ui(ui);
+    }
+
+    fn on_exit(&mut self) {
+        self.0.closed();
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let settings = Settings {
+        threads: usize::from(arguments.threads),
+        memory: arguments.memory << 20,
+        cache: arguments.cache_dir.or_else(breccia_graphs::default_cache),
+        ..Settings::default()
+    };
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("Breccia")
+            .with_app_id("breccia")
+            .with_inner_size([1280.0, 720.0])
+            .with_min_inner_size([800.0, 500.0])
+            .with_drag_and_drop(true),
+        renderer: eframe::Renderer::Wgpu,
+        wgpu_options: breccia_editor::window::wgpu_options(),
+        ..Default::default()
+    };
+    let graph = arguments.graph;
+    let result = eframe::run_native(
+        "breccia",
+        options,
+        Box::new(move |creation| {
+            egui_extras::install_image_loaders(&creation.egui_ctx);
+            let render = creation.wgpu_render_state.as_ref();
+            let mut app = App::new(&creation.egui_ctx, render, settings, Box::new(NativePicker))?;
+            match graph {
+                Some(name) => app.open_named(&name)?,
+                None => app.welcome(),
+            }
+            Ok(Box::new(Window(app)))
+        }),
+    );
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use breccia_engine::{DiskCache, DiskInfo};
 
 use crate::exit::{Code, Failure};
-use crate::folders;
 use crate::sizes::human;
 
 /// The engine's own limit; looking at a cache never makes room in it.
@@ -36,7 +35,7 @@ enum Action {
 impl Cache {
     /// Does it and says what was found.
     pub fn run(&self) -> Result<(), Failure> {
-        let folder = self.cache_dir.clone().or_else(folders::default_cache).ok_or_else(|| {
+        let folder = self.cache_dir.clone().or_else(breccia_graphs::default_cache).ok_or_else(|| {
             Failure::usage(
                 "there is no cache folder: neither XDG_CACHE_HOME nor HOME is set; give --cache-dir",
             )

@@ -6,7 +6,6 @@ use breccia_nodes::device::{AdapterKind, AdapterReport, Gpu, GpuSettings, SelfTe
 use breccia_nodes::lazy::available_instruction_sets;
 
 use crate::exit::{Code, Failure};
-use crate::folders;
 use crate::sizes::human;
 
 /// Say what computations run on, and test the compute device.
@@ -45,7 +44,7 @@ impl Devices {
             return Ok(());
         }
         super::answer(&format!("test of {}, about {} s …\n", found[0].name, self.time))?;
-        let pipeline_cache = folders::default_cache().map(|folder| folder.join("pipelines"));
+        let pipeline_cache = breccia_graphs::default_cache().map(|folder| folder.join("pipelines"));
         let gpu = Gpu::open(GpuSettings { pipeline_cache, ..Default::default() })
             .map_err(|error| Failure::new(Code::Node, error.to_string()))?;
         let test = self_test(&gpu, Duration::from_secs(self.time.into()))

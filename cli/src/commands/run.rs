@@ -18,7 +18,7 @@ use crate::interrupt::Interrupt;
 use crate::outputs::{self, Target};
 use crate::progress::Progress;
 use crate::sizes::{self, human};
-use crate::{folders, graphs, term};
+use crate::{graphs, term};
 
 /// How long a cancelled run waits for its nodes: Ctrl-C is to work within 100 ms.
 const GRACE: Duration = Duration::from_millis(60);
@@ -142,7 +142,7 @@ impl Run {
     }
 
     fn engine(&self, registry: &Arc<Registry>) -> Result<Engine, Failure> {
-        let cache = if self.no_cache { None } else { self.cache_dir.clone().or_else(folders::default_cache) };
+        let cache = if self.no_cache { None } else { self.cache_dir.clone().or_else(breccia_graphs::default_cache) };
         let device = match self.device {
             DeviceArg::Auto => DeviceChoice::Auto,
             DeviceArg::Cpu => DeviceChoice::Cpu,
@@ -157,7 +157,7 @@ impl Run {
             .compute(open_device(GpuSettings {
                 memory: self.device_memory,
                 submission: Duration::from_millis(self.device_slice.into()),
-                pipeline_cache: folders::default_cache().map(|folder| folder.join("pipelines")),
+                pipeline_cache: breccia_graphs::default_cache().map(|folder| folder.join("pipelines")),
                 ..Default::default()
             }))
             .cancel_grace(GRACE)

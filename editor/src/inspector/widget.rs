@@ -33,7 +33,8 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
     match (kind, value) {
         (ParamKind::Bool, ParamValue::Bool(on)) => {
             let mut on = *on;
-            let response = named(ui.checkbox(&mut on, if on { "yes" } else { "no" }), label, WidgetType::Checkbox);
+            let text = if on { "yes" } else { "no" };
+            let response = named(ui.checkbox(&mut on, text), label, WidgetType::Checkbox);
             if response.changed() {
                 change.value = Some(ParamValue::Bool(on));
             }

@@ -53,6 +53,11 @@ fn gather(state: &State, at: &Address, entry: &NodeEntry, groups: &mut BTreeMap<
 /// # Errors
 /// If the text is no document with nodes.
 pub fn paste(state: &mut State, at: &Address, text: &str, place: [i32; 2]) -> Result<BTreeSet<String>, String> {
+    paste_named(state, at, text, place).map(|names| names.into_values().collect())
+}
+
+/// As [`paste`], with what each node was called.
+fn paste_named(state: &mut State, at: &Address, text: &str, place: [i32; 2]) -> Result<BTreeMap<String, String>, String> {
     let copied = State::new(Document::parse(text).map_err(|error| format!("what was copied is no graph: {error}"))?);
     if copied.document.nodes.is_empty() {
         return Err("what was copied holds no nodes".into());
@@ -91,6 +96,33 @@ pub fn paste(state: &mut State, at: &Address, text: &str, place: [i32; 2]) -> Re
         }
     }
     state.layout_mut(at).nodes.extend(places);
+    tidy(state, at);
+    Ok(names)
+}
+
+/// Puts copied nodes beside the originals, with the same links into them. Returns their names.
+///
+/// # Errors
+/// As [`paste`].
+pub fn duplicate(
+    state: &mut State,
+    at: &Address,
+    nodes: &BTreeSet<String>,
+    text: &str,
+    place: [i32; 2],
+) -> Result<BTreeSet<String>, String> {
+    let outside: Vec<Link> = state.level(at).map_or(Vec::new(), |level| {
+        let links = level.links.iter().filter_map(|link| Link::parse(link));
+        links.filter(|link| !nodes.contains(&link.from_node) && nodes.contains(&link.to_node)).collect()
+    });
+    let names = paste_named(state, at, text, place)?;
+    if let Some(level) = state.level_mut(at) {
+        for link in outside {
+            if let Some(name) = names.get(&link.to_node) {
+                level.links.push(Link { to_node: name.clone(), ..link }.to_string());
+            }
+        }
+    }
     tidy(state, at);
     Ok(names.into_values().collect())
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use breccia_engine::{Arity, Interface, Link, NodeEntry, NodeMode, Registry};
+use breccia_engine::{Arity, Interface, InterfaceOutput, Link, NodeEntry, NodeMode, Registry};
 
 use super::layout::{Frame, Place};
 use super::level::{Address, LevelMut};
@@ -270,4 +270,19 @@ pub fn insert_on_link(state: &mut State, at: &Address, link: &str, node: &str, s
     let Some(parsed) = Link::parse(link) else { return Ok(()) };
     disconnect(state, at, &[link.to_owned()]);
     insert_between(state, at, &parsed, node, shape, [ty, ty], arity)
+}
+
+/// Offers a node's output on the graph.
+pub fn offer_output(state: &mut State, at: &Address, name: &str, node: &str, socket: &str, docs: &str) {
+    if let Some(level) = state.level_mut(at) {
+        let output = InterfaceOutput { docs: docs.to_owned(), node: node.to_owned(), socket: socket.to_owned() };
+        level.interface.outputs.insert(name.to_owned(), output);
+    }
+}
+
+/// Takes an output of the graph back.
+pub fn drop_output(state: &mut State, at: &Address, name: &str) {
+    if let Some(level) = state.level_mut(at) {
+        level.interface.outputs.remove(name);
+    }
 }

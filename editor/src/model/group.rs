@@ -319,7 +319,8 @@ fn clear_folders(group: &mut Group) {
     group.groups.values_mut().for_each(clear_folders);
 }
 
-fn group_at<'a>(document: &'a Document, at: &Address) -> Option<&'a Group> {
+/// The group at an address.
+pub fn group_at<'a>(document: &'a Document, at: &Address) -> Option<&'a Group> {
     let (first, rest) = at.0.split_first()?;
     rest.iter().try_fold(document.groups.get(first)?, |group, name| group.groups.get(name))
 }

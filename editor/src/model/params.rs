@@ -1,7 +1,5 @@
 //! Parameters: setting them, and exposing them on the graph.
 
-use std::path::Path;
-
 use breccia_engine::{InterfaceInput, InterfaceParam, ParamValue};
 
 use super::edit::unique;
@@ -125,11 +123,4 @@ pub fn link_param(state: &mut State, at: &Address, node: &str, param: &str, name
     if let Some(entry) = level.nodes.get_mut(node) {
         entry.params.remove(param);
     }
-}
-
-/// A path as the document keeps it: relative to its folder where the file lies within.
-pub fn relative(path: &Path, folder: Option<&Path>) -> String {
-    let within = folder.and_then(|folder| path.strip_prefix(folder).ok());
-    let text = within.unwrap_or(path).to_string_lossy();
-    if std::path::MAIN_SEPARATOR == '/' { text.into_owned() } else { text.replace(std::path::MAIN_SEPARATOR, "/") }
 }

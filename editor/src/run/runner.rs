@@ -122,8 +122,9 @@ impl Runner {
 
     /// News since the last call, of the newest wishes only.
     pub fn news(&self) -> Vec<(Lane, Update)> {
-        let newest = |lane| self.lanes.get(lane).map_or(0, |(_, _, id)| *id);
-        self.updates.try_iter().filter(|(lane, id, _)| *id == newest(lane)).map(|(lane, _, news)| (lane, news)).collect()
+        let newest = |lane: &Lane| self.lanes.get(lane).map_or(0, |(_, _, id)| *id);
+        let news = self.updates.try_iter().filter(|(lane, id, _)| *id == newest(lane));
+        news.map(|(lane, _, update)| (lane, update)).collect()
     }
 }
 

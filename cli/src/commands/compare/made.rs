@@ -13,7 +13,7 @@ use super::{Compare, output};
 use crate::exit::{Code, Failure};
 use crate::inputs::{self, Assignment};
 use crate::interrupt::Interrupt;
-use crate::{folders, graphs};
+use crate::graphs;
 
 /// The name under which the volume is handed on.
 pub(super) const HELD: &str = "the volume that the graph made";
@@ -59,7 +59,7 @@ impl Compare {
         }
         let engine = Engine::builder()
             .files(Arc::new(Sources::default()))
-            .cache_dir(folders::default_cache())
+            .cache_dir(breccia_graphs::default_cache())
             .build(Arc::clone(registry))
             .map_err(|error| Failure::new(Code::Node, error.to_string()))?;
         let result = engine.run(&Arc::new(graph), &[OUTPUT], &interrupt.cancel, &|_| {}).map_err(

@@ -1,0 +1,313 @@
+//! Opening, saving, and never losing work.
+
+use std::path::{Path, PathBuf};
+
+use breccia_engine::{Document, Exporter, Sink, Value};
+use eframe::egui::Context;
+
+use super::{After, App, Question, Want};
+use crate::files::{rebase, relative, write_whole};
+use crate::model::{Project, State, text_of};
+
+impl App {
+    /// Leaves the open document, after asking if something would be lost.
+    pub(super) fn leave_document(&mut self, after: After, ctx: &Context) {
+        if self.project.is_dirty() && after != After::Pick {
+            self.question = Some(Question::Unsaved(after));
+        } else {
+            self.go_on(after, ctx);
+        }
+    }
+
+    /// Does what was asked for before a question came between.
+    pub(super) fn go_on(&mut self, after: After, ctx: &Context) {
+        match after {
+            After::New => self.show(Project::new(State::default(), None, None)),
+            After::Pick => self.want(Want::Open),
+            After::Open(path) => self.open_path(&path),
+            After::Preset(name) => self.open_preset(&name),
+            After::Import(path) => self.import(&path),
+            After::Recover(path) => self.recover(&path),
+            After::Quit => {
+                self.quitting = true;
+                self.stop();
+                ctx.send_viewport_cmd(eframe::egui::ViewportCommand::Close);
+            }
+        }
+    }
+
+    /// Shows another document.
+    fn show(&mut self, project: Project) {
+        self.stop();
+        self.project = project;
+        self.trail = Default::default();
+        self.selection = Default::default();
+        self.shapes_for = None;
+        self.watched = None;
+        self.results.clear();
+        self.pictures.clear();
+        self.board.clear();
+        self.palette = None;
+        self.open.gallery = false;
+        self.dragging = false;
+        self.canvas.release();
+        self.canvas.fit(Default::default());
+        self.recheck();
+        self.due = true;
+    }
+
+    /// Opens a graph from a file; a bundle is unpacked first.
+    pub fn open_path(&mut self, path: &Path) {
+        let is_bundle = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("zip"));
+        if is_bundle {
+            return self.import(path);
+        }
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let read = std::fs::read(&path).map_err(|error| error.to_string());
+        match read.and_then(|bytes| Document::parse_bytes(&bytes).map_err(|error| error.to_string())) {
+            Ok(document) => {
+                self.show(Project::new(State::new(document), Some(path.clone()), None));
+                self.remember(&path);
+            }
+            Err(reason) => self.say(format!("{} cannot be opened: {reason}", path.display())),
+        }
+    }
+
+    /// Opens a copy of a preset.
+    pub fn open_preset(&mut self, name: &str) {
+        let document = breccia_graphs::preset(name).map(|preset| Document::parse(preset.ron));
+        match document {
+            Some(Ok(document)) => self.show(Project::new(State::new(document), None, Some(name.to_owned()))),
+            Some(Err(error)) => self.say(format!("The preset {name} cannot be read: {error}")),
+            None => self.say(format!("There is no preset {name}")),
+        }
+    }
+
+    /// Opens a file or, if there is no such file, a preset.
+    ///
+    /// # Errors
+    /// If it is neither.
+    pub fn open_named(&mut self, name: &str) -> Result<(), String> {
+        if breccia_graphs::preset(name).is_some() {
+            self.open_preset(name);
+        } else if Path::new(name).exists() {
+            self.open_path(Path::new(name));
+        } else {
+            let known = breccia_graphs::presets().iter().map(|preset| preset.name);
+            let hint = breccia_engine::closest(name, known).map(|found| format!("; did you mean `{found}`?"));
+            return Err(format!("`{name}` is neither a file nor a preset{}", hint.unwrap_or_default()));
+        }
+        Ok(())
+    }
+
+    /// Reads the file again, as a step that can be undone.
+    pub(super) fn reload(&mut self) {
+        let Some(path) = self.project.path.clone() else {
+            self.say("The graph has no file yet");
+            return;
+        };
+        let read = std::fs::read(&path).map_err(|error| error.to_string());
+        match read.and_then(|bytes| Document::parse_bytes(&bytes).map_err(|error| error.to_string())) {
+            Ok(document) => {
+                let read = State::new(document);
+                self.project.edit("Reload", None, |state| *state = read);
+                self.project.saved(&path);
+                self.remember(&path);
+                self.say("Read again");
+            }
+            Err(reason) => self.say(format!("{} cannot be read: {reason}", path.display())),
+        }
+    }
+
+    /// Writes the graph to its file, or asks for one.
+    pub(super) fn save(&mut self) {
+        match self.project.path.clone() {
+            Some(path) => {
+                self.save_to(&path);
+            }
+            None => self.save_as(),
+        }
+    }
+
+    pub(super) fn save_as(&mut self) {
+        self.want(Want::Save(format!("{}.ron", self.stem())));
+    }
+
+    /// What a file of the graph would be called.
+    pub(super) fn stem(&self) -> String {
+        let name = self.project.name();
+        name.strip_suffix(".ron").unwrap_or(&name).to_owned()
+    }
+
+    /// Writes the graph to a file. Paths in it are kept so that they still name the same files. Returns whether it is written.
+    pub fn save_to(&mut self, path: &Path) -> bool {
+        let path = match path.extension() {
+            Some(_) => path.to_owned(),
+            None => path.with_extension("ron"),
+        };
+        let path = std::path::absolute(&path).unwrap_or(path);
+        let folder = self.project.folder().map(Path::to_owned);
+        if folder.as_deref() != path.parent() {
+            let registry = std::sync::Arc::clone(&self.registry);
+            self.project.edit("Save elsewhere", None, |state| {
+                rebase(&mut state.document, &registry, folder.as_deref(), path.parent());
+            });
+        }
+        match write_whole(&path, text_of(self.project.state()).as_bytes()) {
+            Ok(()) => {
+                self.project.saved(&path);
+                self.checked_for = u64::MAX;
+                self.remember(&path);
+                self.say(format!("Saved {}", path.display()));
+                true
+            }
+            Err(error) => {
+                self.say(format!("{} cannot be written: {error}", path.display()));
+                false
+            }
+        }
+    }
+
+    /// Writes what is looked at, in the format of the file's extension.
+    pub(super) fn export_watched(&mut self) {
+        let Some(subject) = self.watched.as_ref().and_then(|output| self.results.get(output)) else {
+            self.say("Nothing is looked at that is computed");
+            return;
+        };
+        let extensions: Vec<String> = exporters(&self.registry, &subject.value).flat_map(|e| e.extensions.iter()).filter(|e| **e != "/").map(|e| (*e).to_owned()).collect();
+        if extensions.is_empty() {
+            let ty = subject.value.type_name();
+            self.say(format!("Values of type {ty} cannot be written to files"));
+            return;
+        }
+        let name = subject.label.rsplit(['/', '.']).next().unwrap_or("result").to_owned();
+        self.want(Want::Output(name, extensions));
+    }
+
+    /// Writes the result that is looked at to a file, in the background.
+    fn write_watched(&mut self, path: PathBuf) {
+        let Some(subject) = self.watched.as_ref().and_then(|output| self.results.get(output)) else { return };
+        let value = subject.value.clone();
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let registry = std::sync::Arc::clone(&self.registry);
+        let (sender, receiver) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            let exporter = exporters(&registry, &value).find(|exporter| exporter.extensions.contains(&extension.as_str()));
+            let result = match exporter {
+                Some(exporter) => Sink::new(&path).and_then(|mut sink| {
+                    (exporter.write)(&value, &mut sink)?;
+                    sink.commit()
+                }),
+                None => Err(std::io::Error::other(format!("values of type {} are not written as .{extension}", value.type_name()))),
+            };
+            let said = match result {
+                Ok(_) => format!("Wrote {}", path.display()),
+                Err(error) => format!("{} cannot be written: {error}", path.display()),
+            };
+            // The window may be closed by now.
+            let _ = sender.send(said);
+        });
+        self.writing.push(receiver);
+    }
+
+    fn import(&mut self, path: &Path) {
+        let read = std::fs::read(path).map_err(|error| error.to_string());
+        let into = path.with_extension("");
+        match read.and_then(|bytes| crate::files::import_bundle(&bytes, &into).map_err(|error| error.to_string())) {
+            Ok(graph) => self.open_path(&graph),
+            Err(reason) => self.say(format!("{} cannot be unpacked: {reason}", path.display())),
+        }
+    }
+
+    fn export(&mut self, path: &Path) {
+        let document = self.project.state().to_document();
+        let folder = self.project.folder().unwrap_or(Path::new("")).to_owned();
+        let packed = crate::files::export_bundle(&document, &folder, &self.registry, &*self.files).map_err(|error| error.to_string());
+        match packed.and_then(|bytes| write_whole(path, &bytes).map_err(|error| error.to_string())) {
+            Ok(()) => self.say(format!("Packed into {}", path.display())),
+            Err(reason) => self.say(format!("The bundle cannot be made: {reason}")),
+        }
+    }
+
+    /// Goes on where a document was that another run of the program did not save.
+    fn recover(&mut self, path: &Path) {
+        match self.memory.recovered(path) {
+            Ok((text, original)) => match Document::parse(&text) {
+                Ok(document) => {
+                    self.show(Project::new(State::new(document), original, Some("recovered".into())));
+                    self.project.unsaved();
+                    self.memory.discard(path);
+                    self.say("Recovered; save it to keep it");
+                }
+                Err(error) => self.say(format!("What was kept cannot be read: {error}")),
+            },
+            Err(reason) => self.say(format!("What was kept cannot be read: {reason}")),
+        }
+    }
+
+    /// Notes that a file is open: for the list of recent files, and to see when somebody else changes it.
+    fn remember(&mut self, path: &Path) {
+        self.memory.opened(path);
+        self.question = self.question.take().filter(|question| *question != Question::Changed);
+    }
+
+    /// Takes in the answers of dialogs and of files that were being written.
+    pub(super) fn take_answers(&mut self, ctx: &Context) {
+        let mut answered = Vec::new();
+        self.picking.retain(|picked| match picked.answer.try_recv() {
+            Ok(answer) => {
+                answered.push((picked.want.clone(), answer));
+                false
+            }
+            Err(std::sync::mpsc::TryRecvError::Empty) => true,
+            Err(std::sync::mpsc::TryRecvError::Disconnected) => false,
+        });
+        for (want, path) in answered {
+            let Some(path) = path else { continue };
+            match want {
+                Want::Open => self.leave_document(After::Open(path), ctx),
+                Want::Save(_) => {
+                    let saved = self.save_to(&path);
+                    if let (true, Some(after)) = (saved, self.then.take()) {
+                        self.go_on(after, ctx);
+                    }
+                }
+                Want::Import => self.leave_document(After::Import(path), ctx),
+                Want::Export(_) => self.export(&path),
+                Want::Param(node, param, _) => self.set_file(&node, &param, &path, ctx),
+                Want::Output(..) => self.write_watched(path),
+                Want::Made(files) => self.write_made(&path, &files),
+            }
+        }
+        let said: Vec<String> = self.writing.iter().filter_map(|receiver| receiver.try_recv().ok()).collect();
+        self.writing.retain(|receiver| !matches!(receiver.try_recv(), Err(std::sync::mpsc::TryRecvError::Disconnected)));
+        said.into_iter().for_each(|text| self.say(text));
+        if !self.picking.is_empty() || !self.writing.is_empty() {
+            ctx.request_repaint_after(std::time::Duration::from_millis(100));
+        }
+    }
+
+    /// Sets a file parameter to a file that was picked or dropped.
+    pub(super) fn set_file(&mut self, node: &str, param: &str, path: &Path, ctx: &Context) {
+        let text = relative(path, self.project.folder());
+        let value = Some(breccia_engine::ParamValue::Text(text));
+        let action = crate::action::Action::Set { node: node.to_owned(), param: param.to_owned(), value, dragging: false };
+        self.perform(action, ctx);
+    }
+
+    fn write_made(&mut self, path: &Path, files: &[(String, Vec<u8>)]) {
+        let result = match files {
+            [(_, contents)] => write_whole(path, contents),
+            many => many.iter().try_for_each(|(name, contents)| write_whole(&path.join(name), contents)),
+        };
+        match result {
+            Ok(()) => self.say(format!("Wrote {}", path.display())),
+            Err(error) => self.say(format!("{} cannot be written: {error}", path.display())),
+        }
+    }
+}
+
+fn exporters<'a>(registry: &'a breccia_engine::Registry, value: &Value) -> impl Iterator<Item = &'a Exporter> {
+    let ty = value.type_name();
+    registry.exporters().iter().filter(move |exporter| exporter.ty == ty)
+}

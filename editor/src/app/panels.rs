@@ -1,0 +1,457 @@
+//! The window: menus above, canvas in the middle, viewport and parameters beside it, what happens below.
+
+use std::time::Duration;
+
+use eframe::egui::{self, Align, Button, Context, Key, Layout, Modifiers, Panel, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, WidgetType};
+
+use super::{App, After, Question};
+use crate::action::Action;
+use crate::canvas::Sight;
+use crate::command::Command;
+use crate::inspector;
+use crate::model::Layout as Places;
+use crate::theme::Palette as Colors;
+use crate::view::{Scene, ViewAction};
+
+impl App {
+    /// What happens before anything is drawn.
+    pub(super) fn before(&mut self, ctx: &Context) {
+        self.take_news(ctx);
+        self.take_answers(ctx);
+        if ctx.input(|i| i.viewport().close_requested()) && !self.quitting && self.project.is_dirty() {
+            ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+            self.question = Some(Question::Unsaved(After::Quit));
+        }
+        if ctx.input(|i| i.pointer.any_released()) && self.dragging {
+            self.dragging = false;
+            self.project.seal();
+        }
+    }
+
+    /// What happens after everything is drawn and done.
+    pub(super) fn after(&mut self, ctx: &Context) {
+        self.keep_safe(ctx);
+        let mark = if self.project.is_dirty() { "● " } else { "" };
+        let title = format!("{mark}{} – Breccia", self.project.name());
+        if title != self.title {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+        if self.busy.contains(&true) {
+            // Progress and elapsed time.
+            ctx.request_repaint_after(Duration::from_millis(100));
+        }
+    }
+
+    /// Keys.
+    pub(super) fn shortcuts(&mut self, ctx: &Context) -> Vec<Action> {
+        let mut actions = Vec::new();
+        if self.palette.is_some() {
+            return actions;
+        }
+        let typing = ctx.text_edit_focused();
+        // Copying and pasting come as events of their own.
+        let events = ctx.input(|i| i.events.clone());
+        for event in events {
+            match event {
+                egui::Event::Copy if !typing => actions.push(Action::Command(Command::Copy)),
+                egui::Event::Cut if !typing => actions.push(Action::Command(Command::Cut)),
+                egui::Event::Paste(text) if !typing => {
+                    if self.foreign().is_none() {
+                        self.paste(&text);
+                    }
+                }
+                _ => {}
+            }
+        }
+        // Longer combinations first, so that Ctrl+Shift+Z is not Ctrl+Z.
+        let mut commands: Vec<_> = Command::ALL.iter().filter_map(|c| Some((*c, c.shortcut()?))).collect();
+        commands.sort_by_key(|(_, shortcut)| std::cmp::Reverse(u8::from(shortcut.modifiers.shift)));
+        for (command, shortcut) in commands {
+            let by_event = matches!(command, Command::Copy | Command::Cut | Command::Paste);
+            if by_event || (typing && (command.is_plain() || command == Command::SelectAll || command == Command::Undo || command == Command::Redo || shortcut.modifiers == Modifiers::ALT)) {
+                continue;
+            }
+            if ctx.input_mut(|i| i.consume_shortcut(&shortcut)) {
+                actions.push(Action::Command(command));
+            }
+        }
+        if !typing && ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::Y)) {
+            actions.push(Action::Command(Command::Redo));
+        }
+        if actions.contains(&Action::Command(Command::AddNode)) {
+            // Tab would go to the next control, too.
+            ctx.memory_mut(|memory| memory.move_focus(egui::FocusDirection::None));
+        }
+        if actions.contains(&Action::Command(Command::SelectNone)) {
+            self.open.shortcuts = false;
+            self.open.tour = false;
+            self.open.gallery = false;
+        }
+        actions
+    }
+
+    /// Draws everything.
+    pub(super) fn draw(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        let ctx = ui.ctx().clone();
+        Panel::top("menus").show(ui, |ui| self.menus(ui, actions));
+        Panel::top("tools").show(ui, |ui| self.tools(ui, actions));
+        Panel::bottom("line").show(ui, |ui| self.line(ui, actions));
+        self.notices(ui, actions, &ctx);
+        if self.open.problems {
+            Panel::bottom("problems").resizable(true).default_size(110.0).show(ui, |ui| self.problems(ui, actions));
+        }
+        let width = ui.available_width();
+        if self.open.inspector {
+            let panel = Panel::right("inspector").resizable(true).default_size(280.0).size_range(200.0..=(width * 0.45).max(201.0));
+            panel.show(ui, |ui| {
+                ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.inspect(ui, actions));
+            });
+        }
+        if self.open.viewport && self.viewport.is_some() {
+            let panel = Panel::right("viewport").resizable(true).default_size((width * 0.36).max(260.0)).size_range(180.0..=(width * 0.7).max(181.0));
+            panel.frame(egui::Frame::NONE).show(ui, |ui| self.look(ui, actions));
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| {
+            if !self.trail.0.is_empty() {
+                self.crumbs(ui, actions);
+            }
+            self.draw_canvas(ui, actions);
+        });
+        self.sheets(&ctx, actions);
+        if let Some(palette) = &mut self.palette {
+            let (open, action) = palette.ui(&ctx);
+            actions.extend(action);
+            if !open {
+                self.palette = None;
+            }
+        }
+        super::drop::hint(&ctx);
+    }
+
+    fn menus(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        egui::MenuBar::new().ui(ui, |ui| {
+            for menu in Command::MENUS {
+                ui.menu_button(menu, |ui| {
+                    for &command in Command::ALL.iter().filter(|command| command.menu() == menu) {
+                        let mut button = Button::new(self.title_of(command));
+                        if let Some(shortcut) = command.shortcut() {
+                            button = button.shortcut_text(ui.ctx().format_shortcut(&shortcut));
+                        }
+                        if ui.add_enabled(self.can(command), button).on_hover_text(command.docs()).clicked() {
+                            actions.push(Action::Command(command));
+                            ui.close();
+                        }
+                    }
+                    if menu == "File" {
+                        self.recent(ui, actions);
+                    }
+                });
+            }
+        });
+    }
+
+    /// What a command is called now: undo says what it undoes.
+    fn title_of(&self, command: Command) -> String {
+        let history = self.project.history();
+        let step = match command {
+            Command::Undo => history.undoable(),
+            Command::Redo => history.redoable(),
+            _ => None,
+        };
+        match (command, step) {
+            (_, Some(step)) => format!("{}: {step}", command.title()),
+            (Command::Live, _) => if self.live { "Live (on)" } else { "Live (off)" }.to_owned(),
+            _ => command.title().to_owned(),
+        }
+    }
+
+    /// Whether a command would do anything.
+    fn can(&self, command: Command) -> bool {
+        match command {
+            Command::Undo => self.project.history().undoable().is_some(),
+            Command::Redo => self.project.history().redoable().is_some(),
+            Command::Reload => self.project.path.is_some(),
+            Command::Stop => self.busy.contains(&true),
+            Command::Leave => !self.trail.0.is_empty(),
+            Command::Delete => !self.selection.is_empty(),
+            command if Command::OF_NODE.contains(&command) => !self.selection.nodes.is_empty(),
+            _ => true,
+        }
+    }
+
+    fn recent(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        let recent = self.memory.recent();
+        ui.menu_button("Open recent", |ui| {
+            if recent.is_empty() {
+                ui.weak("Nothing yet");
+            }
+            for path in recent {
+                let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+                let there = path.exists();
+                let button = Button::new(if there { name } else { format!("{name} (gone)") });
+                if ui.add_enabled(there, button).on_hover_text(path.display().to_string()).clicked() {
+                    actions.push(Action::OpenPath(path));
+                    ui.close();
+                }
+            }
+        });
+    }
+
+    fn tools(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        ui.horizontal(|ui| {
+            let mut tool = |ui: &mut Ui, text: &str, command: Command| {
+                let response = ui.button(text).on_hover_text(match command.shortcut() {
+                    Some(shortcut) => format!("{} ({})", command.docs(), ui.ctx().format_shortcut(&shortcut)),
+                    None => command.docs().to_owned(),
+                });
+                response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, command.title()));
+                if response.clicked() {
+                    actions.push(Action::Command(command));
+                }
+            };
+            tool(ui, "Presets", Command::Gallery);
+            tool(ui, "Open", Command::Open);
+            tool(ui, "Save", Command::Save);
+            ui.separator();
+            tool(ui, "Undo", Command::Undo);
+            tool(ui, "Redo", Command::Redo);
+            ui.separator();
+            tool(ui, "Add node", Command::AddNode);
+            tool(ui, "Lay out", Command::Arrange);
+            tool(ui, "Show all", Command::FitAll);
+            ui.separator();
+            tool(ui, "Run", Command::Run);
+            tool(ui, "Stop", Command::Stop);
+            let mut live = self.live;
+            if ui.checkbox(&mut live, "Live").on_hover_text(Command::Live.docs()).changed() {
+                actions.push(Action::Command(Command::Live));
+            }
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let mut tool = |ui: &mut Ui, text: &str, command: Command| {
+                    let response = ui.button(text).on_hover_text(command.docs());
+                    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, command.title()));
+                    if response.clicked() {
+                        actions.push(Action::Command(command));
+                    }
+                };
+                tool(ui, "?", Command::Shortcuts);
+                tool(ui, "First steps", Command::Tour);
+                tool(ui, "◑", Command::Theme);
+            });
+        });
+    }
+
+    /// The line below: what was said last, what runs, how many problems.
+    fn line(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        ui.horizontal(|ui| {
+            let count = self.checked.problems.len() + self.board.failures().count() + usize::from(self.checked.include_error.is_some());
+            let text = if count == 0 { "No problems".to_owned() } else if count == 1 { "1 problem".to_owned() } else { format!("{count} problems") };
+            let text = if count == 0 { RichText::new(text).weak() } else { RichText::new(text).color(ui.visuals().error_fg_color) };
+            let button = ui.selectable_label(self.open.problems, text).on_hover_text("Shows or hides the list of problems");
+            if button.clicked() {
+                self.open.problems = !self.open.problems;
+            }
+            ui.separator();
+            let running: Vec<_> = self.board.running().filter(|(name, _)| !name.contains('/')).map(|(name, done)| (name.to_owned(), done)).collect();
+            if let Some((name, done)) = running.first() {
+                let elapsed = self.board.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
+                let more = if running.len() > 1 { format!(" and {} more", running.len() - 1) } else { String::new() };
+                ui.label(format!("{name} {:.0} %{more}, {}", done * 100.0, crate::canvas::seconds(elapsed)));
+                if ui.small_button("Stop").clicked() {
+                    actions.push(Action::Command(Command::Stop));
+                }
+            } else if let Some((seconds, computed, cached)) = self.board.last {
+                ui.weak(format!("{computed} computed, {cached} cached, {}", crate::canvas::seconds(seconds)));
+            }
+            if let Some((text, since)) = &self.said {
+                ui.separator();
+                let label = if since.elapsed() < Duration::from_secs(8) { RichText::new(text) } else { RichText::new(text).weak() };
+                ui.add(egui::Label::new(label).truncate()).on_hover_text(text);
+            }
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let (values, bytes) = self.runner.engine().memory_usage();
+                ui.weak(format!("{values} results, {}", crate::canvas::bytes(bytes))).on_hover_text("Results that are kept in memory");
+                if let Some(device) = &self.board.device {
+                    ui.weak("device").on_hover_text(device);
+                }
+            });
+        });
+    }
+
+    /// Questions. They stand above the canvas and keep nobody from going on.
+    fn notices(&mut self, ui: &mut Ui, actions: &mut Vec<Action>, ctx: &Context) {
+        let Some(question) = self.question.clone() else { return };
+        Panel::top("question").show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| match question {
+                Question::Unsaved(after) => {
+                    ui.strong(format!("{} has changes that are not saved.", self.project.name()));
+                    if ui.button("Save and go on").clicked() {
+                        self.question = None;
+                        match self.project.path.clone() {
+                            Some(path) => {
+                                if self.save_to(&path) {
+                                    self.go_on(after.clone(), ctx);
+                                }
+                            }
+                            None => {
+                                self.then = Some(after.clone());
+                                self.save_as();
+                            }
+                        }
+                    }
+                    if ui.button("Go on without saving").clicked() {
+                        self.question = None;
+                        self.go_on(after, ctx);
+                    }
+                    if ui.button("Stay").clicked() {
+                        self.question = None;
+                    }
+                }
+                Question::Changed => {
+                    ui.strong(format!("{} was changed by another program.", self.project.name()));
+                    if ui.button("Reload").clicked() {
+                        self.question = None;
+                        actions.push(Action::Command(Command::Reload));
+                    }
+                    if ui.button("Keep what is here").clicked() {
+                        self.question = None;
+                    }
+                }
+            });
+        });
+    }
+
+    fn problems(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            let mut row = |ui: &mut Ui, node: Option<String>, text: &str| {
+                ui.horizontal(|ui| {
+                    if let Some(node) = node {
+                        let show = ui.small_button("Show me");
+                        show.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Show {node}")));
+                        if show.clicked() {
+                            actions.push(Action::Reveal(node));
+                        }
+                    }
+                    ui.add(egui::Label::new(text).wrap());
+                });
+            };
+            if let Some(error) = &self.checked.include_error {
+                row(ui, None, error);
+            }
+            for problem in &self.checked.problems {
+                row(ui, problem.node.clone(), &problem.to_string());
+            }
+            for (node, status) in self.board.failures() {
+                row(ui, Some(node.to_owned()), &format!("{node}: {}", status.error.as_deref().unwrap_or("failed")));
+            }
+            for warning in &self.board.warnings {
+                row(ui, None, warning);
+            }
+        });
+    }
+
+    fn inspect(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        let at = self.address();
+        let editable = self.foreign().is_none();
+        let Some(level) = self.level() else { return };
+        let included = crate::model::State { document: (*self.checked.included).clone(), layouts: Default::default() };
+        let state = if editable { self.project.state() } else { &included };
+        let frame = self.selection.frames.first().filter(|_| self.selection.nodes.is_empty() || self.selection.frames.len() == 1);
+        if let Some((id, frame)) = frame.and_then(|id| Some((*id, self.project.state().layout(&at)?.frames.get(id)?))) {
+            let mut title = frame.title.clone();
+            ui.label("Title of the frame");
+            let response = ui.add(TextEdit::singleline(&mut title).desired_width(f32::INFINITY));
+            response.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Title of the frame"));
+            if response.changed() {
+                actions.push(Action::TitleFrame(id, title));
+            }
+            ui.separator();
+        }
+        match self.selection.single() {
+            Some(name) => {
+                let (Some(entry), Some(shape)) = (level.nodes.get(name), self.shapes.get(name)) else { return };
+                let path = format!("{}{name}", self.trail.prefix());
+                let about = |problem: &&breccia_engine::Problem| problem.node.as_deref().is_some_and(|node| crate::run::general(node) == path);
+                let problems: Vec<String> = self.checked.problems.iter().filter(about).map(ToString::to_string).collect();
+                let subject = inspector::Subject { state, at: &at, name, entry, shapes: &self.shapes, shape, status: self.board.get(&path), problems: &problems, editable };
+                ui.push_id(name, |ui| inspector::node(ui, &subject, actions));
+            }
+            None if self.selection.nodes.len() > 1 => {
+                ui.heading(format!("{} nodes", self.selection.nodes.len()));
+                for command in Command::OF_NODE.into_iter().chain([Command::Connect, Command::AlignLeft, Command::AlignRight, Command::AlignTop, Command::AlignBottom, Command::Arrange]) {
+                    if ui.button(command.title()).on_hover_text(command.docs()).clicked() {
+                        actions.push(Action::Command(command));
+                    }
+                }
+            }
+            None => inspector::document(ui, state, &at, &self.shapes, editable, actions),
+        }
+    }
+
+    /// The viewport.
+    fn look(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        let [mesh, exemplar, solid] = self.companions().map(|output| output.and_then(|output| self.results.get(&output)));
+        let main = self.watched.as_ref().and_then(|output| self.results.get(output));
+        let scene = Scene { main, mesh, exemplar, solid };
+        let Some(viewport) = &mut self.viewport else { return };
+        let asked = viewport.ui(ui, &scene);
+        for action in asked {
+            match action {
+                ViewAction::Save { files, .. } => {
+                    let answer = self.picker.ask(&super::Want::Made(files.clone()));
+                    self.picking.push(super::Picked { want: super::Want::Made(files), answer });
+                }
+                ViewAction::Say(text) => actions.push(Action::Say(text)),
+            }
+        }
+    }
+
+    fn crumbs(&self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        ui.horizontal(|ui| {
+            if ui.button("Graph").on_hover_text("Back to the whole graph").clicked() {
+                actions.push(Action::Leave(0));
+            }
+            for (i, crumb) in self.trail.0.iter().enumerate() {
+                ui.label("›");
+                if i + 1 == self.trail.0.len() {
+                    ui.strong(&crumb.node);
+                } else if ui.button(&crumb.node).clicked() {
+                    actions.push(Action::Leave(i + 1));
+                }
+            }
+            if let Some(file) = self.foreign() {
+                ui.weak(format!("in {file}, read only"));
+                if ui.button("Make part of the graph").clicked() {
+                    actions.push(Action::Command(Command::LocaliseGroup));
+                }
+            }
+        });
+    }
+
+    fn draw_canvas(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        let at = self.address();
+        let nowhere = Places::default();
+        let Some(level) = crate::model::Level::of(&self.checked.included, &at) else { return };
+        let prefix = self.trail.prefix();
+        let watched = self.watched.as_deref().map(|output| match output.rsplit_once('.') {
+            Some((node, socket)) => format!("{}.{socket}", crate::run::general(node)),
+            None => output.to_owned(),
+        });
+        let sight = Sight {
+            registry: &self.registry,
+            nodes: level.nodes,
+            links: level.links,
+            layout: self.project.state().layout(&at).unwrap_or(&nowhere),
+            shapes: &self.shapes,
+            board: &self.board,
+            prefix: &prefix,
+            pictures: &self.pictures,
+            broken: &self.broken,
+            watched: watched.as_deref(),
+            selection: &self.selection,
+            colors: Colors::of(ui.visuals()),
+        };
+        actions.extend(self.canvas.ui(ui, &sight));
+    }
+}

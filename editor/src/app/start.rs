@@ -1,0 +1,63 @@
+//! Starting: settings, threads, the device that window and engine share.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use breccia_engine::EngineError;
+use breccia_nodes::device::{Gpu, GpuSettings};
+use eframe::egui_wgpu::RenderState;
+
+/// How the application runs.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Number of threads that compute; 0 means one for each processor.
+    pub threads: usize,
+    /// Bytes of results that are kept in memory.
+    pub memory: u64,
+    /// Bytes of the device's memory that may be used.
+    pub device_memory: u64,
+    /// The folder of the disk cache, shared with the command line.
+    pub cache: Option<PathBuf>,
+    /// The folder for what is remembered: recent files, recovery, own groups.
+    pub state: Option<PathBuf>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            threads: 0,
+            memory: 1 << 30,
+            device_memory: 1 << 30,
+            cache: breccia_graphs::default_cache(),
+            state: breccia_graphs::default_state(),
+        }
+    }
+}
+
+/// Why the application cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// The engine cannot.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    /// Threads cannot be started.
+    #[error("threads cannot be started: {0}")]
+    Threads(#[from] std::io::Error),
+}
+
+/// The window's device, for computing too. Portions are short, since the window waits for them.
+pub(super) fn share(render: &RenderState, settings: &Settings) -> Arc<Gpu> {
+    let settings = GpuSettings {
+        memory: settings.device_memory,
+        submission: Duration::from_millis(8),
+        ..GpuSettings::default()
+    };
+    Arc::new(Gpu::from_window(&render.adapter, render.device.clone(), render.queue.clone(), settings))
+}
+
+/// Threads that compute give way to the one that draws.
+pub(super) fn yield_to_the_window() {
+    // Where the system does not allow it they compete as equals, which is slower to look at and nothing worse.
+    let _ = thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Min);
+}
