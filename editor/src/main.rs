@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use breccia_editor::app::{App, NativePicker, Settings};
+use breccia_editor::app::{NativePicker, Settings};
+use breccia_editor::window::{self, Window};
 use clap::Parser;
 use eframe::egui;
 
@@ -27,19 +28,6 @@ struct Arguments {
     cache_dir: Option<PathBuf>,
 }
 
-/// The application in its window.
-struct Window(App);
-
-impl eframe::App for Window {
-    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
-        self.0.ui(ui);
-    }
-
-    fn on_exit(&mut self) {
-        self.0.closed();
-    }
-}
-
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let settings = Settings {
@@ -56,7 +44,7 @@ fn main() -> ExitCode {
             .with_min_inner_size([800.0, 500.0])
             .with_drag_and_drop(true),
         renderer: eframe::Renderer::Wgpu,
-        wgpu_options: breccia_editor::window::wgpu_options(),
+        wgpu_options: window::wgpu_options(),
         ..Default::default()
     };
     let graph = arguments.graph;
@@ -64,14 +52,8 @@ fn main() -> ExitCode {
         "breccia",
         options,
         Box::new(move |creation| {
-            egui_extras::install_image_loaders(&creation.egui_ctx);
-            let render = creation.wgpu_render_state.as_ref();
-            let mut app = App::new(&creation.egui_ctx, render, settings, Box::new(NativePicker))?;
-            match graph {
-                Some(name) => app.open_named(&name)?,
-                None => app.welcome(),
-            }
-            Ok(Box::new(Window(app)))
+            let window = Window::new(creation, settings, Box::new(NativePicker), graph.as_deref())?;
+            Ok(Box::new(window))
         }),
     );
     match result {

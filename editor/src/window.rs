@@ -1,9 +1,45 @@
-//! What the window asks of the graphics driver.
+//! The application as a window: what it asks of the graphics driver, and of the system.
 
 use std::sync::Arc;
 
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
-use eframe::wgpu;
+use eframe::{egui, wgpu};
+
+use crate::app::{App, Picker, Settings};
+
+/// The application in its window.
+pub struct Window(pub App);
+
+impl Window {
+    /// Opens a graph by the name of a file or a preset; the presets to choose from if there is none.
+    ///
+    /// # Errors
+    /// If there is no such graph, or the engine cannot start.
+    pub fn new(
+        creation: &eframe::CreationContext<'_>,
+        settings: Settings,
+        picker: Box<dyn Picker>,
+        graph: Option<&str>,
+    ) -> Result<Self, Box<dyn std::error::Error + Send + Sync>> {
+        egui_extras::install_image_loaders(&creation.egui_ctx);
+        let mut app = App::new(&creation.egui_ctx, creation.wgpu_render_state.as_ref(), settings, picker)?;
+        match graph {
+            Some(name) => app.open_named(name, &creation.egui_ctx)?,
+            None => app.welcome(),
+        }
+        Ok(Self(app))
+    }
+}
+
+impl eframe::App for Window {
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        self.0.ui(ui);
+    }
+
+    fn on_exit(&mut self) {
+        self.0.closed();
+    }
+}
 
 /// A device with all that its adapter can do, since the engine computes on it too.
 pub fn wgpu_options() -> WgpuConfiguration {

@@ -39,6 +39,7 @@ impl App {
     /// Shows another document.
     fn show(&mut self, project: Project) {
         self.stop();
+        self.memory.closed();
         self.project = project;
         self.trail = Default::default();
         self.selection = Default::default();
@@ -64,10 +65,10 @@ impl App {
         }
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let read = std::fs::read(&path).map_err(|error| error.to_string());
-        match read.and_then(|bytes| Document::parse_bytes(&bytes).map_err(|error| error.to_string())) {
-            Ok(document) => {
+        match read.and_then(|bytes| Ok((Document::parse_bytes(&bytes).map_err(|error| error.to_string())?, bytes))) {
+            Ok((document, bytes)) => {
                 self.show(Project::new(State::new(document), Some(path.clone()), None));
-                self.remember(&path);
+                self.remember(&path, &bytes);
             }
             Err(reason) => self.say(format!("{} cannot be opened: {reason}", path.display())),
         }
@@ -83,15 +84,15 @@ impl App {
         }
     }
 
-    /// Opens a file or, if there is no such file, a preset.
+    /// Opens a preset by name, or takes a file as if it were dropped on the window.
     ///
     /// # Errors
     /// If it is neither.
-    pub fn open_named(&mut self, name: &str) -> Result<(), String> {
+    pub fn open_named(&mut self, name: &str, ctx: &Context) -> Result<(), String> {
         if breccia_graphs::preset(name).is_some() {
             self.open_preset(name);
         } else if Path::new(name).exists() {
-            self.open_path(Path::new(name));
+            self.take_file(Path::new(name), ctx);
         } else {
             let known = breccia_graphs::presets().iter().map(|preset| preset.name);
             let hint = breccia_engine::closest(name, known).map(|found| format!("; did you mean `{found}`?"));
@@ -107,12 +108,12 @@ impl App {
             return;
         };
         let read = std::fs::read(&path).map_err(|error| error.to_string());
-        match read.and_then(|bytes| Document::parse_bytes(&bytes).map_err(|error| error.to_string())) {
-            Ok(document) => {
+        match read.and_then(|bytes| Ok((Document::parse_bytes(&bytes).map_err(|error| error.to_string())?, bytes))) {
+            Ok((document, bytes)) => {
                 let read = State::new(document);
                 self.project.edit("Reload", None, |state| *state = read);
                 self.project.saved(&path);
-                self.remember(&path);
+                self.remember(&path, &bytes);
                 self.say("Read again");
             }
             Err(reason) => self.say(format!("{} cannot be read: {reason}", path.display())),
@@ -153,11 +154,12 @@ impl App {
                 rebase(&mut state.document, &registry, folder.as_deref(), path.parent());
             });
         }
-        match write_whole(&path, text_of(self.project.state()).as_bytes()) {
+        let text = text_of(self.project.state());
+        match write_whole(&path, text.as_bytes()) {
             Ok(()) => {
                 self.project.saved(&path);
                 self.checked_for = u64::MAX;
-                self.remember(&path);
+                self.remember(&path, text.as_bytes());
                 self.say(format!("Saved {}", path.display()));
                 true
             }
@@ -213,7 +215,7 @@ impl App {
     fn import(&mut self, path: &Path) {
         let read = std::fs::read(path).map_err(|error| error.to_string());
         let into = path.with_extension("");
-        match read.and_then(|bytes| crate::files::import_bundle(&bytes, &into).map_err(|error| error.to_string())) {
+        match read.and_then(|bytes| crate::files::bundle::import(&bytes, &into).map_err(|error| error.to_string())) {
             Ok(graph) => self.open_path(&graph),
             Err(reason) => self.say(format!("{} cannot be unpacked: {reason}", path.display())),
         }
@@ -222,7 +224,7 @@ impl App {
     fn export(&mut self, path: &Path) {
         let document = self.project.state().to_document();
         let folder = self.project.folder().unwrap_or(Path::new("")).to_owned();
-        let packed = crate::files::export_bundle(&document, &folder, &self.registry, &*self.files).map_err(|error| error.to_string());
+        let packed = crate::files::bundle::export(&document, &folder, &self.registry, &*self.files).map_err(|error| error.to_string());
         match packed.and_then(|bytes| write_whole(path, &bytes).map_err(|error| error.to_string())) {
             Ok(()) => self.say(format!("Packed into {}", path.display())),
             Err(reason) => self.say(format!("The bundle cannot be made: {reason}")),
@@ -232,7 +234,7 @@ impl App {
     /// Goes on where a document was that another run of the program did not save.
     fn recover(&mut self, path: &Path) {
         match self.memory.recovered(path) {
-            Ok((text, original)) => match Document::parse(&text) {
+            Some((text, original)) => match Document::parse(&text) {
                 Ok(document) => {
                     self.show(Project::new(State::new(document), original, Some("recovered".into())));
                     self.project.unsaved();
@@ -241,13 +243,13 @@ impl App {
                 }
                 Err(error) => self.say(format!("What was kept cannot be read: {error}")),
             },
-            Err(reason) => self.say(format!("What was kept cannot be read: {reason}")),
+            None => self.say("What was kept is not there any more"),
         }
     }
 
     /// Notes that a file is open: for the list of recent files, and to see when somebody else changes it.
-    fn remember(&mut self, path: &Path) {
-        self.memory.opened(path);
+    fn remember(&mut self, path: &Path, contents: &[u8]) {
+        self.memory.opened(path, contents);
         self.question = self.question.take().filter(|question| *question != Question::Changed);
     }
 

@@ -316,6 +316,7 @@ impl App {
                     }
                     if ui.button("Keep what is here").clicked() {
                         self.question = None;
+                        self.memory.accept();
                     }
                 }
             });

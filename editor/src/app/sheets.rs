@@ -82,20 +82,20 @@ impl App {
 
     /// Documents that an earlier run of the program did not save.
     fn leftovers(&mut self, ctx: &Context) {
-        let leftovers = self.memory.leftovers().to_vec();
+        let leftovers = self.memory.leftovers();
         if leftovers.is_empty() {
             return;
         }
         egui::Window::new("Not saved last time").id(egui::Id::new("recovery")).collapsible(true).resizable(false).anchor(Align2::CENTER_TOP, [0.0, 90.0]).show(ctx, |ui| {
             ui.label("The program ended before these were saved.");
-            for leftover in leftovers {
+            for (title, path) in leftovers {
                 ui.horizontal(|ui| {
-                    ui.label(&leftover.title);
+                    ui.label(&title);
                     if ui.button("Recover").clicked() {
-                        self.leave_document(After::Recover(leftover.path.clone()), ctx);
+                        self.leave_document(After::Recover(path.clone()), ctx);
                     }
                     if ui.button("Discard").clicked() {
-                        self.memory.discard(&leftover.path);
+                        self.memory.discard(&path);
                     }
                 });
             }

@@ -101,6 +101,9 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
         (ParamKind::Ints { min_len, max_len, min, max }, list) => {
             let mut numbers: Vec<i64> = items(list).iter().map(as_int).collect();
             let before = numbers.clone();
+            if numbers.len() == 3 && (*min, *max) == (0, 255) {
+                bytes(ui, label, &mut numbers, &mut change);
+            }
             let fresh = numbers.last().copied().unwrap_or(0).clamp(*min, *max);
             row(ui, label, &mut numbers, [*min_len, *max_len], fresh, &mut change, |number, ui| {
                 ui.add(DragValue::new(number).range(*min..=*max).suffix(suffix.as_str()))
@@ -243,5 +246,17 @@ fn color(ui: &mut Ui, label: &str, numbers: &mut [f64], change: &mut Change) {
     change.note(&response);
     if response.changed() {
         (*r, *g, *b) = (f64::from(rgb[0]), f64::from(rgb[1]), f64::from(rgb[2]));
+    }
+}
+
+/// Three bytes may be a colour.
+fn bytes(ui: &mut Ui, label: &str, numbers: &mut [i64], change: &mut Change) {
+    let [r, g, b] = numbers else { return };
+    let byte = |n: i64| n.clamp(0, 255) as u8;
+    let mut rgb = [byte(*r), byte(*g), byte(*b)];
+    let response = named(ui.color_edit_button_srgb(&mut rgb), &format!("{label} as a colour"), WidgetType::ColorButton);
+    change.note(&response);
+    if response.changed() {
+        (*r, *g, *b) = (rgb[0].into(), rgb[1].into(), rgb[2].into());
     }
 }

@@ -1,0 +1,277 @@
+//! Properties of changes to documents.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use breccia_engine::{Arity, Document, Graph, Link, NodeEntry, NodeMode, ParamValue, Registry};
+
+use super::*;
+
+fn registry() -> Registry {
+    breccia_nodes::registry()
+}
+
+fn preset(name: &str) -> State {
+    let preset = breccia_graphs::preset(name).expect("a preset");
+    State::new(Document::parse(preset.ron).expect("a document"))
+}
+
+fn root() -> Address {
+    Address::default()
+}
+
+fn link(text: &str) -> Link {
+    Link::parse(text).expect("a link")
+}
+
+fn shapes(state: &State, at: &Address) -> BTreeMap<String, Shape> {
+    let registry = registry();
+    let level = state.level(at).expect("a graph");
+    let shape = |(name, entry): (&String, &NodeEntry)| (name.clone(), shape_of(&state.document, &registry, at, name, entry));
+    level.nodes.iter().map(shape).collect()
+}
+
+fn names(names: &[&str]) -> BTreeSet<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
+}
+
+#[test]
+fn a_layout_is_written_and_read_back() {
+    let mut state = preset("lazy_mesh");
+    arrange_missing(&mut state, &root(), &|_| [184, 120]);
+    set_collapsed(&mut state, &root(), &names(&["slab"]), true);
+    bend(&mut state, &root(), "slab.initial -> jitter.initial", vec![[3, -4]]);
+    add_frame(&mut state, &root(), Frame { at: [-1, 2], size: [300, 200], title: "all \"of\" it".into() });
+    let text = text_of(&state);
+    let read = State::new(Document::parse(&text).expect("what was written"));
+    assert_eq!(read, state);
+    assert_eq!(text_of(&read), text);
+}
+
+#[test]
+fn what_other_editors_keep_in_a_document_stays() {
+    let text = r#"(format: "breccia-graph", version: 1, nodes: {}, editor: {"zoom": 2, "layouts": {"": {"nodes": {"a": {"at": [1, 2]}}}, "bad": 7}})"#;
+    let state = State::new(Document::parse(text).expect("a document"));
+    assert_eq!(state.layouts[""].nodes["a"].at, [1, 2]);
+    assert!(text_of(&state).contains("\"zoom\": 2"));
+}
+
+#[test]
+fn undo_goes_back_byte_for_byte_and_redo_forward() {
+    let mut project = Project::new(preset("hybrid_mesh"), None, None);
+    let first = text_of(project.state());
+    let at = root();
+    project.edit("Add", None, |state| add_node(state, &at, NodeEntry::new("solid.checker"), [5, 6]));
+    project.edit("Delete", None, |state| delete(state, &at, &names(&["fill", "synthesis"])));
+    project.edit("Rename", None, |state| rename(state, &at, "pack", "packing"));
+    project.edit("Mute", None, |state| set_mode(state, &at, &names(&["repel"]), NodeMode::Mute));
+    let last = text_of(project.state());
+    assert!(project.is_dirty());
+    while project.undo().is_some() {}
+    assert_eq!(text_of(project.state()), first);
+    assert!(!project.is_dirty(), "the saved state is reached again");
+    while project.redo().is_some() {}
+    assert_eq!(text_of(project.state()), last);
+}
+
+#[test]
+fn a_drag_is_one_step() {
+    let mut project = Project::new(preset("lazy_mesh"), None, None);
+    let at = root();
+    project.settle(|state| arrange_missing(state, &at, &|_| [184, 120]));
+    let first = text_of(project.state());
+    for _ in 0..50 {
+        project.edit("Move", Some("move"), |state| move_by(state, &at, &names(&["slab"]), &BTreeSet::new(), [1, 0]));
+    }
+    project.seal();
+    project.edit("Move", Some("move"), |state| move_by(state, &at, &names(&["slab"]), &BTreeSet::new(), [1, 0]));
+    project.undo();
+    project.undo();
+    assert_eq!(text_of(project.state()), first);
+    assert!(project.undo().is_none());
+}
+
+#[test]
+fn a_link_takes_the_place_of_another_unless_the_socket_takes_many() {
+    let mut state = State::default();
+    for ty in ["solid.constant", "solid.checker", "solid.to_volume"] {
+        add_node(&mut state, &root(), NodeEntry::new(ty), [0, 0]);
+    }
+    connect(&mut state, &root(), &link("constant.solid -> to_volume.solid"), Arity::One).expect("a link");
+    connect(&mut state, &root(), &link("checker.solid -> to_volume.solid"), Arity::One).expect("a link");
+    assert_eq!(state.document.links, ["checker.solid -> to_volume.solid"]);
+    connect(&mut state, &root(), &link("constant.solid -> to_volume.solid"), Arity::Many).expect("a link");
+    assert_eq!(state.document.links.len(), 2);
+}
+
+#[test]
+fn a_link_that_closes_a_circle_is_refused() {
+    let mut state = State::default();
+    state.document.nodes = ["a", "b", "c"].map(|name| (name.to_owned(), NodeEntry::new("x.y"))).into();
+    connect(&mut state, &root(), &link("a.o -> b.i"), Arity::One).expect("a link");
+    connect(&mut state, &root(), &link("b.o -> c.i"), Arity::One).expect("a link");
+    let before = state.clone();
+    assert!(connect(&mut state, &root(), &link("c.o -> a.i"), Arity::One).is_err());
+    assert!(connect(&mut state, &root(), &link("a.o -> a.i"), Arity::One).is_err());
+    assert_eq!(state, before);
+}
+
+#[test]
+fn types_that_do_not_fit_are_refused_with_what_converts_them() {
+    let registry = registry();
+    let socket = |ty: &str| Socket { name: "s".into(), ty: ty.into(), arity: Arity::One, docs: String::new() };
+    assert!(compatible(&registry, &socket("mesh"), &socket("mesh")).is_ok());
+    let refusal = compatible(&registry, &socket("volume"), &socket("solid")).expect_err("different types");
+    assert!(refusal.reason.contains("volume") && refusal.reason.contains("solid"));
+    assert!(refusal.conversions.iter().any(|(ty, ..)| ty == "solid.from_volume"), "{:?}", refusal.conversions);
+}
+
+#[test]
+fn renaming_reaches_links_and_the_interface() {
+    let registry = registry();
+    let mut state = preset("lazy_mesh");
+    arrange_missing(&mut state, &root(), &|_| [184, 120]);
+    assert_eq!(rename(&mut state, &root(), "bake", "picture").as_deref(), Some("picture_2"), "taken names give way");
+    rename(&mut state, &root(), "photo", "stones");
+    assert!(Graph::new(&state.to_document(), &registry).is_ok());
+    assert_eq!(state.document.interface.outputs["mesh"].node, "picture_2");
+    assert_eq!(state.document.interface.inputs["exemplar"].node, "stones");
+    assert!(state.layouts[""].nodes.contains_key("stones"));
+}
+
+#[test]
+fn deleting_leaves_no_word_of_a_node() {
+    let mut state = preset("lazy_mesh");
+    delete(&mut state, &root(), &names(&["bake"]));
+    assert!(!text_of(&state).contains("bake"), "{}", text_of(&state));
+}
+
+/// The keys of a graph's nodes hang on types, parameters and links alone: graphs that give the same keep their plans.
+fn same_results(a: &State, b: &State) {
+    let registry = registry();
+    let run = |state: &State| {
+        let graph = Graph::new(&state.to_document(), &registry).expect("a valid graph");
+        let engine = breccia_engine::Engine::builder().threads(1).build(registry.clone().into()).expect("an engine");
+        let graph = std::sync::Arc::new(graph);
+        let result = engine.run(&graph, &["volume"], &breccia_engine::CancelToken::default(), &|_| {}).expect("a run");
+        assert!(result.failures.is_empty(), "{:?}", result.failures);
+        result.outputs["volume"].digest()
+    };
+    assert_eq!(run(a), run(b));
+}
+
+fn checkers() -> State {
+    let text = r#"(format: "breccia-graph", version: 2,
+        interface: (outputs: {"volume": (node: "volume", socket: "volume")}, params: {"size": (targets: ["volume.size"], default: 8)}),
+        nodes: {"checker": (type: "solid.checker", params: {"cell": 3}), "volume": (type: "solid.to_volume"), "solid": (type: "solid.from_volume")},
+        links: ["checker.solid -> volume.solid", "volume.volume -> solid.volume"])"#;
+    State::new(Document::parse(text).expect("a document"))
+}
+
+#[test]
+fn grouping_and_ungrouping_change_no_result() {
+    let plain = checkers();
+    let mut state = plain.clone();
+    arrange_missing(&mut state, &root(), &|_| [184, 120]);
+    let known = shapes(&state, &root());
+    let made = group(&mut state, &root(), &names(&["checker", "volume"]), &|name| known.get(name).cloned()).expect("a group");
+    assert_eq!(state.document.nodes.len(), 2);
+    let seen = shapes(&state, &root());
+    assert_eq!(seen[&made].outputs.iter().map(|o| o.ty.as_str()).collect::<Vec<_>>(), ["volume"]);
+    assert!(seen[&made].param("size").is_some(), "an exposed parameter goes through the group");
+    same_results(&plain, &state);
+    ungroup(&mut state, &root(), &made).expect("a group");
+    assert!(state.document.groups.is_empty());
+    assert_eq!(state.document.nodes.len(), 3);
+    same_results(&plain, &state);
+}
+
+#[test]
+fn a_group_in_a_file_becomes_part_of_the_document() {
+    let mut state = preset("optimize_volume");
+    let mut included = state.document.clone();
+    included.include(std::path::Path::new(""), &breccia_graphs::Sources::default()).expect("built-in groups");
+    let at = root().within("level");
+    assert!(state.foreign(&at).is_some());
+    localise(&mut state, &included, &at).expect("a group");
+    assert!(state.foreign(&at).is_none());
+    let registry = registry();
+    assert!(Graph::new(&state.to_document(), &registry).is_ok());
+    let read = Document::parse(&text_of(&state)).expect("a document");
+    assert!(read.groups["level"].groups.contains_key("iteration"));
+}
+
+#[test]
+fn copies_are_linked_as_the_originals_were() {
+    let mut state = preset("lazy_mesh");
+    let text = copy(&state, &root(), &names(&["slab", "jitter"])).expect("nodes");
+    let pasted = paste(&mut state, &root(), &text, [0, 0]).expect("nodes");
+    assert_eq!(pasted, names(&["slab_2", "jitter_2"]));
+    assert!(state.document.links.contains(&"slab_2.initial -> jitter_2.initial".to_owned()));
+    assert!(!state.document.links.iter().any(|link| link.ends_with("slab_2.pyramid")));
+    let doubled = duplicate(&mut state, &root(), &names(&["slab"]), &copy(&state.clone(), &root(), &names(&["slab"])).expect("a node"), [0, 0]);
+    assert_eq!(doubled.expect("a node"), names(&["slab_3"]));
+    assert!(state.document.links.contains(&"pyramid.pyramid -> slab_3.pyramid".to_owned()));
+}
+
+#[test]
+fn what_is_pasted_must_be_a_graph() {
+    let mut state = State::default();
+    assert!(paste(&mut state, &root(), "hello", [0, 0]).is_err());
+    assert_eq!(state, State::default());
+}
+
+#[test]
+fn exposing_and_linking_parameters() {
+    let registry = registry();
+    let mut state = preset("lazy_mesh");
+    let at = root();
+    assert_eq!(exposure(&state, &at, "photo", "path"), Some(Exposure::Input("exemplar".into())));
+    let name = expose(&mut state, &at, "slab", "start", None, "Where it starts.").expect("a name");
+    set_param(&mut state, &at, "slab", "start", Some(ParamValue::Text("random".into())));
+    assert_eq!(state.document.nodes["slab"].params["start"], ParamValue::Text("random".into()));
+    link_param(&mut state, &at, "usage", "seed", "seed", &ParamValue::Int(0));
+    set_param(&mut state, &at, "usage", "seed", Some(ParamValue::Int(7)));
+    assert_eq!(state.document.interface.params["seed"].default, Some(ParamValue::Int(7)), "linked parameters are one");
+    assert!(Graph::new(&state.to_document(), &registry).is_ok());
+    unexpose(&mut state, &at, "slab", "start");
+    assert!(!state.document.interface.params.contains_key(&name));
+}
+
+#[test]
+fn nodes_are_laid_out_from_left_to_right_without_overlap() {
+    for preset in breccia_graphs::presets() {
+        let mut state = State::new(Document::parse(preset.ron).expect("a document"));
+        let size = |_: &str| [184, 140];
+        arrange_missing(&mut state, &root(), &size);
+        let layout = &state.layouts[""];
+        let places: Vec<_> = layout.nodes.values().map(|place| place.at).collect();
+        for (i, a) in places.iter().enumerate() {
+            for b in &places[i + 1..] {
+                assert!((a[0] - b[0]).abs() >= 184 || (a[1] - b[1]).abs() >= 140, "{}: {a:?} {b:?}", preset.name);
+            }
+        }
+        for link in state.document.links.iter().filter_map(|link| Link::parse(link)) {
+            assert!(layout.nodes[&link.from_node].at[0] < layout.nodes[&link.to_node].at[0], "{}: {link}", preset.name);
+        }
+    }
+}
+
+#[test]
+fn aligned_nodes_share_an_edge() {
+    let mut state = preset("lazy_mesh");
+    let size = |name: &str| [100 + name.len() as i32, 80];
+    arrange_missing(&mut state, &root(), &size);
+    let nodes = names(&["photo", "slab", "bake"]);
+    align(&mut state, &root(), &nodes, Alignment::Right, &size);
+    let edges: BTreeSet<i32> = nodes.iter().map(|n| state.layouts[""].nodes[n].at[0] + size(n)[0]).collect();
+    assert_eq!(edges.len(), 1);
+}
+
+#[test]
+fn unknown_nodes_are_placeholders_with_the_sockets_that_links_name() {
+    let text = r#"(format: "breccia-graph", version: 2, nodes: {"a": (type: "future.node", params: {"x": 1}), "b": (type: "solid.to_volume")}, links: ["a.stuff -> b.solid"])"#;
+    let state = State::new(Document::parse(text).expect("a document"));
+    let shapes = shapes(&state, &root());
+    assert!(!shapes["a"].known);
+    assert!(shapes["a"].output("stuff").is_some());
+}

@@ -1,0 +1,5 @@
+//! The editor as it is used: driven by the accessible names of its controls, drawn on a software adapter.
+
+mod driving;
+mod monkey;
+mod window;
