@@ -1,1 +1,3 @@
-//! What the editor keeps on disk.
+//! What the editor keeps on disk. Nothing here knows a window, and nothing here keeps time: who calls says when.
+
+pub mod bundle;
