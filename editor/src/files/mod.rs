@@ -4,3 +4,6 @@ pub mod bundle;
 pub mod recent;
 pub mod recovery;
 pub mod state;
+mod watch;
+
+pub use watch::{Change, Watch};
