@@ -13,7 +13,8 @@ Exit codes:
   4    an input is missing, unreadable or invalid
   5    a node failed
   6    an output cannot be written
-  130  cancelled (Ctrl-C)";
+  130  cancelled (Ctrl-C)
+`edit` ends with the editor's own code, or 2 if there is no editor.";
 
 /// The codes other than 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,6 +5,7 @@ mod check;
 mod compare;
 mod completions;
 mod devices;
+mod edit;
 mod man;
 mod nodes;
 mod presets;
@@ -27,6 +28,8 @@ pub struct Cli {
 enum Command {
     /// Run a graph and write its outputs
     Run(run::Run),
+    /// Open the visual editor
+    Edit(edit::Edit),
     /// List the built-in graphs, or describe one
     Presets(presets::Presets),
     /// List the node types, or describe one
@@ -53,6 +56,7 @@ impl Cli {
     pub fn run(self) -> Result<(), Failure> {
         match self.command {
             Command::Run(run) => run.run(),
+            Command::Edit(edit) => edit.run(),
             Command::Presets(presets) => presets.run(),
             Command::Nodes(nodes) => nodes.run(),
             Command::Check(check) => check.run(),

@@ -8,5 +8,6 @@ mod comparing;
 mod describing;
 mod determinism;
 mod devices;
+mod editing;
 mod support;
 mod writing;

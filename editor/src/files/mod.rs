@@ -1,24 +1,15 @@
-//! What the editor keeps on disk.
+//! What the editor keeps on disk. Nothing here knows a window, and nothing here keeps time: who calls says when.
 
+pub mod bundle;
 mod library;
 mod place;
+pub mod recent;
+pub mod recovery;
+mod state;
+mod watch;
 mod whole;
 
 pub use library::Library;
 pub use place::{rebase, relative};
+pub use watch::{Change, Watch};
 pub use whole::write_whole;
-
-/// Stub.
-pub fn import_bundle(_: &[u8], _: &std::path::Path) -> Result<std::path::PathBuf, String> {
-    Err("not yet".into())
-}
-
-/// Stub.
-pub fn export_bundle(
-    _: &breccia_engine::Document,
-    _: &std::path::Path,
-    _: &breccia_engine::Registry,
-    _: &dyn breccia_engine::FileSource,
-) -> Result<Vec<u8>, String> {
-    Err("not yet".into())
-}

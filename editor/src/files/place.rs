@@ -1,9 +1,9 @@
 //! Paths in documents: relative to the document's folder where the file lies within.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use breccia_engine::{Document, Group, NodeEntry, ParamKind, ParamValue, Registry};
+use breccia_engine::{Document, Group, Registry};
 
 /// A path as a document in a folder keeps it.
 pub fn relative(path: &Path, folder: Option<&Path>) -> String {
@@ -17,39 +17,19 @@ pub fn rebase(document: &mut Document, registry: &Registry, from: Option<&Path>,
     if from == to {
         return;
     }
-    let moved = |path: &str| {
-        if path.is_empty() || has_scheme(path) {
-            return path.to_owned();
-        }
-        let whole: PathBuf = from.map_or_else(|| PathBuf::from(path), |from| from.join(path));
-        relative(&whole, to)
-    };
-    nodes(&mut document.nodes, registry, &moved);
-    groups(&mut document.groups, registry, &moved);
+    let from = from.unwrap_or(Path::new(""));
+    document.change_paths(registry, from, &mut |path| Some(relative(Path::new(path), to)));
+    groups(&mut document.groups, from, to);
 }
 
-fn nodes(nodes: &mut BTreeMap<String, NodeEntry>, registry: &Registry, moved: &dyn Fn(&str) -> String) {
-    for entry in nodes.values_mut() {
-        let Some(ty) = registry.node(&entry.ty) else { continue };
-        for param in ty.spec.params.iter().filter(|param| matches!(param.kind, ParamKind::File { .. })) {
-            if let Some(ParamValue::Text(path)) = entry.params.get_mut(param.name) {
-                *path = moved(path);
-            }
-        }
-    }
-}
-
-fn groups(found: &mut BTreeMap<String, Group>, registry: &Registry, moved: &dyn Fn(&str) -> String) {
+/// The files that groups stand in.
+fn groups(found: &mut BTreeMap<String, Group>, from: &Path, to: Option<&Path>) {
     for group in found.values_mut() {
-        if !group.file.is_empty() {
-            group.file = moved(&group.file);
+        // One letter before a colon is a Windows drive, more are a scheme such as `builtin:`.
+        let has_scheme = group.file.find(':').is_some_and(|at| at > 1);
+        if !group.file.is_empty() && !has_scheme {
+            group.file = relative(&from.join(&group.file), to);
         }
-        nodes(&mut group.nodes, registry, moved);
-        groups(&mut group.groups, registry, moved);
+        groups(&mut group.groups, from, to);
     }
-}
-
-/// Whether a path has a scheme such as `builtin:`. One letter is a Windows drive.
-fn has_scheme(path: &str) -> bool {
-    path.split_once(':').is_some_and(|(scheme, _)| scheme.len() > 1 && scheme.chars().all(|c| c.is_ascii_alphanumeric()))
 }

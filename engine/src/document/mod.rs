@@ -7,6 +7,7 @@ mod migrate;
 mod mode;
 mod named;
 mod node_entry;
+mod paths;
 mod write;
 
 use std::collections::BTreeMap;

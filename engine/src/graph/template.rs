@@ -8,10 +8,9 @@ use super::expand::{self, Override};
 use super::interface::Param;
 use super::validate::{self, Flat};
 use super::{Graph, Problems};
-use crate::document::{Document, Group, Interface, NodeEntry, split_path};
-use crate::files::join;
+use crate::document::{Document, split_path};
 use crate::registry::Registry;
-use crate::spec::{ParamKind, ParamValue};
+use crate::spec::ParamValue;
 use crate::value::Value;
 
 /// A document, and all that has been set since it was read.
@@ -28,9 +27,7 @@ impl Template {
     pub fn new(document: &Document, registry: &Registry, folder: Option<&Path>) -> Self {
         let mut document = document.clone();
         let folder = folder.unwrap_or(Path::new(""));
-        locate(&mut document.nodes, registry, folder);
-        locate_defaults(&mut document.interface, &document.nodes, registry, folder);
-        locate_groups(&mut document.groups, registry, folder);
+        document.change_paths(registry, folder, &mut |path| Some(path.to_owned()));
         Self { document, registry: registry.clone(), overrides: Vec::new(), bound: BTreeMap::new() }
     }
 
@@ -101,49 +98,5 @@ impl Template {
     /// Notes a ready value for an input.
     pub fn bind(&mut self, input: &str, value: Value) {
         self.bound.insert(input.to_owned(), value);
-    }
-}
-
-fn locate_groups(groups: &mut BTreeMap<String, Group>, registry: &Registry, folder: &Path) {
-    for group in groups.values_mut() {
-        let own = group.folder.take();
-        let folder = own.as_deref().unwrap_or(folder);
-        locate(&mut group.nodes, registry, folder);
-        locate_defaults(&mut group.interface, &group.nodes, registry, folder);
-        locate_groups(&mut group.groups, registry, folder);
-    }
-}
-
-/// Values that an interface has for parameters that are files.
-fn locate_defaults(
-    interface: &mut Interface,
-    nodes: &BTreeMap<String, NodeEntry>,
-    registry: &Registry,
-    folder: &Path,
-) {
-    let is_file = |target: &String| {
-        let (node, param) = split_path(target)?;
-        let ty = registry.node(&nodes.get(node)?.ty)?;
-        let spec = ty.spec.params.iter().find(|spec| spec.name == param)?;
-        matches!(spec.kind, ParamKind::File { .. }).then_some(())
-    };
-    for param in interface.params.values_mut() {
-        if let Some(ParamValue::Text(path)) = &mut param.default
-            && param.targets.iter().any(|target| is_file(target).is_some())
-        {
-            *path = join(folder, path);
-        }
-    }
-}
-
-fn locate(nodes: &mut BTreeMap<String, NodeEntry>, registry: &Registry, folder: &Path) {
-    for entry in nodes.values_mut() {
-        let Some(ty) = registry.node(&entry.ty) else { continue };
-        let files = ty.spec.params.iter().filter(|param| matches!(param.kind, ParamKind::File { .. }));
-        for param in files {
-            if let Some(ParamValue::Text(path)) = entry.params.get_mut(param.name) {
-                *path = join(folder, path);
-            }
-        }
     }
 }

@@ -366,3 +366,53 @@ fn values_from_outside_go_to_sockets() {
     graph.bind_input("x", breccia_engine::Value::new(crate::nodes::Number(9))).unwrap();
     assert_eq!(run(&engine(), &graph, &["y"]).number("y"), 4);
 }
+
+#[test]
+fn paths_that_groups_hand_on_are_seen_from_the_document() {
+    let read = r#""read": (
+        interface: (outputs: {"y": (node: "file", socket: "out")}, params: {"text": (targets: ["file.path"])}),
+        nodes: {"file": (type: "test.length", params: {"path": "own.txt"})},
+    )"#;
+    let nodes = r#""own": (type: "flow.group", params: {"body": "read"}),
+        "given": (type: "flow.group", params: {"body": "read", "text": "four.txt"}),
+        "built_in": (type: "flow.group", params: {"body": "read", "text": "builtin:one.txt"})"#;
+    let interface = r#"params: {"text": (targets: ["plain.path"], default: "six.txt")}"#;
+    let plain = format!(r#"{nodes}, "plain": (type: "test.length")"#);
+    let document = document(interface, &plain, "", read);
+    let files = [
+        ("some/own.txt", "123"),
+        ("some/four.txt", "1234"),
+        ("builtin:one.txt", "1"),
+        ("some/six.txt", "123456"),
+    ];
+    let shelf = Shelf(files.map(|(name, text)| (name, text.to_owned())).into());
+    let graph = Graph::with_folder(&document, &registry(), Path::new("some")).unwrap();
+    let outputs = ["own/file.out", "given/file.out", "built_in/file.out", "plain.out"];
+    let trace = run(&build(Engine::builder().files(Arc::new(shelf))), &graph, &outputs);
+    assert_eq!(outputs.map(|output| trace.number(output)), [3, 4, 1, 6]);
+
+    let mut changed = document.clone();
+    let mut seen = Vec::new();
+    changed.change_paths(&registry(), Path::new("some"), &mut |path| {
+        seen.push(path.to_owned());
+        Some("new.txt".to_owned())
+    });
+    seen.sort();
+    assert_eq!(seen, ["some/four.txt", "some/own.txt", "some/six.txt"]);
+    assert_eq!(changed.nodes["given"].params["text"], parse_value("\"new.txt\"").unwrap());
+    assert_eq!(changed.nodes["built_in"], document.nodes["built_in"]);
+}
+
+#[test]
+fn groups_that_hold_themselves_are_looked_through_in_no_time() {
+    let itself = r#""a": (
+        interface: (params: {"x": (targets: ["g.x", "h.x"])}),
+        nodes: {"g": (type: "flow.group", params: {"body": "a"}), "h": (type: "flow.group", params: {"body": "a"})},
+    )"#;
+    let interface = r#"params: {"x": (targets: ["g.x"])}"#;
+    for (ty, x) in [("flow.group", r#""text""#), ("flow.levels", "[1, 2]")] {
+        let nodes = format!(r#""g": (type: "{ty}", params: {{"body": "a", "x": {x}}})"#);
+        let document = document(interface, &nodes, "", itself);
+        assert!(Graph::with_folder(&document, &registry(), Path::new("some")).is_err());
+    }
+}

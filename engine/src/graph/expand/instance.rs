@@ -1,5 +1,6 @@
 //! Which graphs there are once every group and every iteration stands for itself.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use super::{MAX_NODES, Override, without_indices};
@@ -11,6 +12,8 @@ use crate::spec::{ParamKind, ParamSpec, ParamValue};
 
 /// How deep groups may lie in each other.
 pub(super) const MAX_DEPTH: usize = 32;
+/// How many groups are looked into for what a parameter takes.
+const MAX_LOOKS: usize = 10_000;
 
 /// One graph of the tree: the document's own, or one iteration of a group.
 pub(super) struct Instance<'a> {
@@ -49,6 +52,8 @@ pub(super) struct Tree<'a> {
     pub instances: Vec<Instance<'a>>,
     pub problems: Vec<Problem>,
     nodes: usize,
+    /// How many groups were looked into for one parameter.
+    looks: Cell<usize>,
 }
 
 impl<'a> Tree<'a> {
@@ -64,7 +69,15 @@ impl<'a> Tree<'a> {
             zones: BTreeMap::new(),
             set: BTreeMap::new(),
         };
-        Self { document, registry, overrides, instances: vec![root], problems: Vec::new(), nodes: 0 }
+        Self {
+            document,
+            registry,
+            overrides,
+            instances: vec![root],
+            problems: Vec::new(),
+            nodes: 0,
+            looks: Cell::new(0),
+        }
     }
 
     /// Makes all instances, level by level.
@@ -350,7 +363,8 @@ impl<'a> Tree<'a> {
         param: &str,
         depth: usize,
     ) -> Option<ParamSpec> {
-        if depth > MAX_DEPTH {
+        self.looks.set(if depth == 0 { 0 } else { self.looks.get() + 1 });
+        if depth > MAX_DEPTH || self.looks.get() > MAX_LOOKS {
             return None;
         }
         let targets = &interface.params.get(param)?.targets;
