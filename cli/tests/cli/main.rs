@@ -8,6 +8,7 @@ mod comparing;
 mod describing;
 mod determinism;
 mod devices;
+mod edited;
 mod editing;
 mod support;
 mod writing;

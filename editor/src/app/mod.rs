@@ -70,8 +70,6 @@ pub struct App {
     registry: Arc<Registry>,
     files: Arc<Sources>,
     runner: Runner,
-    settings: Settings,
-
     project: Project,
     trail: Trail,
     selection: Selection,
@@ -161,7 +159,6 @@ impl App {
             registry,
             files,
             runner,
-            settings,
             project,
             trail: Trail::default(),
             selection: Selection::default(),
