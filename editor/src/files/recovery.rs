@@ -24,7 +24,7 @@ const VERSION: u32 = 1;
 
 /// A document as it was at some time before it was saved.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Copy {
+pub struct Snapshot {
     format: String,
     version: u32,
     /// The file that the document came from, if any.
@@ -37,7 +37,7 @@ pub struct Copy {
     pub text: String,
 }
 
-impl Copy {
+impl Snapshot {
     /// A copy of a document.
     pub fn new(original: Option<&Path>, title: &str, time: SystemTime, text: String) -> Self {
         // A path that is no text cannot be written down exactly, and the document is worth more than its path.
@@ -107,7 +107,7 @@ impl Recovery {
     ///
     /// # Errors
     /// If the copy cannot be written. The one before is still there then, and the next one is due after the usual time.
-    pub fn keep(&mut self, now: Instant, copy: &Copy) -> io::Result<bool> {
+    pub fn keep(&mut self, now: Instant, copy: &Snapshot) -> io::Result<bool> {
         if !self.is_due(now) {
             return Ok(false);
         }
@@ -146,7 +146,7 @@ impl Recovery {
 #[derive(Debug)]
 pub struct Leftover {
     /// The copy.
-    pub copy: Copy,
+    pub copy: Snapshot,
     path: PathBuf,
     lock: Lock,
 }
@@ -201,7 +201,7 @@ pub fn leftovers(folder: &Path) -> io::Result<Found> {
         let lock = OpenOptions::new().write(true).create(true).truncate(false).open(&lock_path)?;
         // Somebody has it, or is being offered it.
         let Some(lock) = Lock::try_new(lock) else { continue };
-        match Copy::read(path) {
+        match Snapshot::read(path) {
             Ok(copy) => found.leftovers.push(Leftover { copy, path: path.clone(), lock }),
             Err(error) => {
                 let aside = path.with_extension("damaged");

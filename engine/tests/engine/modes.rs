@@ -1,6 +1,7 @@
 //! Nodes that are muted or bypassed: what those behind them see.
 
-use breccia_engine::{Document, Graph, NodeMode, ProblemKind};
+use breccia_engine::{Document, Graph, NodeEntry, NodeMode, ProblemKind};
+use proptest::prelude::*;
 
 use crate::nodes::registry;
 use crate::support::{document, engine, int, run};
@@ -210,14 +211,14 @@ fn a_way_through_many_bypassed_nodes_is_found_at_once() {
     // Each takes the one before it twice, so that there are 2⁶⁰ ways.
     let mut document = document("", r#""a": (type: "test.constant", params: (value: 8))"#, "");
     for i in 0..60 {
-        let mut node = breccia_engine::NodeEntry::new("test.add");
+        let mut node = NodeEntry::new("test.add");
         node.mode = NodeMode::Bypass;
         document.nodes.insert(format!("n{i}"), node);
         let before = if i == 0 { "a.out".to_owned() } else { format!("n{}.sum", i - 1) };
         let link = format!("{before} -> n{i}.terms");
         document.links.extend([link.clone(), link]);
     }
-    document.nodes.insert("half".to_owned(), breccia_engine::NodeEntry::new("test.halve"));
+    document.nodes.insert("half".to_owned(), NodeEntry::new("test.halve"));
     document.links.push("n59.sum -> half.in".to_owned());
     assert_eq!(number(&document, "half.out"), 4);
 }
@@ -247,4 +248,81 @@ fn modes_are_read_and_written() {
         Document::parse(&changed.to_ron()).unwrap().nodes["c"].mode.is_off(),
         "a new mode replaces a bad one"
     );
+}
+
+/// A node of a random graph: what it is, its mode, and the nodes before it that it takes values from.
+#[derive(Clone, Debug)]
+struct Any {
+    what: usize,
+    mode: NodeMode,
+    from: Vec<usize>,
+}
+
+const TYPES: [(&str, &str, &str); 3] =
+    [("test.constant", "", "out"), ("test.add", "terms", "sum"), ("test.pair", "a", "list")];
+
+fn any_nodes() -> impl Strategy<Value = Vec<Any>> {
+    let from = prop::collection::vec(any::<prop::sample::Index>(), 0..4);
+    let node = (0..TYPES.len(), prop::sample::select(&NodeMode::ALL), from);
+    prop::collection::vec(node, 1..10).prop_map(|nodes| {
+        let make = |(i, (what, mode, from)): (usize, (usize, NodeMode, Vec<prop::sample::Index>))| {
+            // A socket for one value takes one.
+            let most = [0, 4, 1][what].min(i * 4);
+            Any { what, mode, from: from.iter().take(most).map(|at| at.index(i)).collect() }
+        };
+        nodes.into_iter().enumerate().map(make).collect()
+    })
+}
+
+/// What a node of a random graph gives, told without an engine; `Err` if something in it lacks what it needs.
+fn told(nodes: &[Any], at: usize) -> Result<Option<i64>, ()> {
+    let node = &nodes[at];
+    if node.mode == NodeMode::Mute {
+        return Ok(None);
+    }
+    let mut given = Vec::new();
+    for &from in &node.from {
+        given.extend(told(nodes, from)?);
+    }
+    match (node.mode, node.what) {
+        (NodeMode::Bypass, _) => Ok(given.first().copied()),
+        (_, 0) => Ok(Some(at as i64)),
+        (_, 1) => Ok(Some(given.iter().sum())),
+        _ => given.first().map(|a| Some(a * 10 - 1)).ok_or(()),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_graph_gives_what_it_should(nodes in any_nodes()) {
+        let mut document = Document::default();
+        for (i, node) in nodes.iter().enumerate() {
+            let (ty, input, _) = TYPES[node.what];
+            let mut entry = NodeEntry::new(ty);
+            entry.mode = node.mode;
+            if node.what == 0 {
+                entry = entry.with("value", int(i as i64));
+            }
+            document.nodes.insert(format!("n{i}"), entry);
+            for &from in &node.from {
+                document.links.push(format!("n{from}.{} -> n{i}.{input}", TYPES[nodes[from].what].2));
+            }
+        }
+        let lacks = |i: usize| nodes[i].mode == NodeMode::Normal && told(&nodes, i).is_err();
+        match Graph::new(&document, &registry()) {
+            Err(problems) => prop_assert!((0..nodes.len()).any(lacks), "{problems}"),
+            Ok(graph) => {
+                prop_assert!(!(0..nodes.len()).any(lacks));
+                let engine = engine();
+                for (i, node) in nodes.iter().enumerate() {
+                    let output = format!("n{i}.{}", TYPES[node.what].2);
+                    let (_, found) = crate::support::try_run(&engine, &graph, &[&output], &Default::default());
+                    let found = found.ok().map(|run| run.outputs[&output].downcast::<crate::nodes::Number>().unwrap().0);
+                    prop_assert_eq!(Ok(found), told(&nodes, i), "{}", output);
+                }
+            }
+        }
+    }
 }

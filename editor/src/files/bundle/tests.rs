@@ -111,7 +111,7 @@ fn names_are_unique_and_plain() {
 
     struct Anything;
     impl FileSource for Anything {
-        fn read(&self, _: &str) -> std::io::Result<Arc<Vec<u8>>> {
+        fn read(&self, _: &str) -> io::Result<Arc<Vec<u8>>> {
             Ok(Arc::default())
         }
     }

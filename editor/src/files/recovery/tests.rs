@@ -3,9 +3,9 @@ use std::process::{Command, Stdio};
 
 use super::*;
 
-fn copy(text: &str) -> Copy {
+fn copy(text: &str) -> Snapshot {
     let time = SystemTime::UNIX_EPOCH + Duration::from_millis(1_234_567_890_123);
-    Copy::new(Some(Path::new("/some/graph.ron")), "A \"graph\"", time, text.to_owned())
+    Snapshot::new(Some(Path::new("/some/graph.ron")), "A \"graph\"", time, text.to_owned())
 }
 
 fn titles(folder: &Path) -> Vec<String> {
@@ -100,7 +100,7 @@ fn damaged_copies_are_told_of_once() {
 fn the_newest_comes_first() {
     let folder = tempfile::tempdir().unwrap();
     for (name, seconds) in [("1-0.ron", 1), ("2-0.ron", 3), ("3-0.ron", 2)] {
-        let copy = Copy { time: SystemTime::UNIX_EPOCH + Duration::from_secs(seconds), ..copy(name) };
+        let copy = Snapshot { time: SystemTime::UNIX_EPOCH + Duration::from_secs(seconds), ..copy(name) };
         std::fs::write(folder.path().join(name), ron::to_string(&copy).unwrap()).unwrap();
     }
     assert_eq!(titles(folder.path()), ["2-0.ron", "3-0.ron", "1-0.ron"]);
@@ -115,9 +115,9 @@ fn a_killed_process_leaves_its_copy() {
     if let Some(folder) = std::env::var_os(CHILD) {
         let mut recovery = Recovery::new(Path::new(&folder)).unwrap();
         recovery.keep(Instant::now(), &copy("unsaved")).unwrap();
-        std::io::stdout().write_all(b"\nkept\n").unwrap();
+        io::stdout().write_all(b"\nkept\n").unwrap();
         // Until it is killed, or its parent is gone.
-        let _ = std::io::stdin().read(&mut [0]);
+        let _ = io::stdin().read(&mut [0]);
         return;
     }
     let folder = tempfile::tempdir().unwrap();
