@@ -1,7 +1,7 @@
 //! What a node implements, and what it sees while it runs.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::device::ComputeDevice;
@@ -61,17 +61,36 @@ impl NodeError {
 
 /// A shared flag that asks a run to stop.
 #[derive(Clone, Debug, Default)]
-pub struct CancelToken(Arc<AtomicBool>);
+pub struct CancelToken {
+    flag: Arc<AtomicBool>,
+    /// Of a computation that several runs wait for: their tokens. It stops when all of them want it to.
+    wanted_by: Option<Arc<Mutex<Vec<CancelToken>>>>,
+}
 
 impl CancelToken {
     /// Asks the run to stop.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.flag.store(true, Ordering::Relaxed);
     }
 
     /// Whether the run should stop.
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        let unwanted = |runs: &Arc<Mutex<Vec<Self>>>| {
+            runs.lock().unwrap_or_else(PoisonError::into_inner).iter().all(Self::is_cancelled)
+        };
+        self.flag.load(Ordering::Relaxed) || self.wanted_by.as_ref().is_some_and(unwanted)
+    }
+
+    /// The token of a computation that this run wants, and perhaps others too.
+    pub(crate) fn shared(&self) -> Self {
+        Self { flag: Arc::default(), wanted_by: Some(Arc::new(Mutex::new(vec![self.clone()]))) }
+    }
+
+    /// Another run wants the computation.
+    pub(crate) fn join(&self, run: &Self) {
+        if let Some(runs) = &self.wanted_by {
+            runs.lock().unwrap_or_else(PoisonError::into_inner).push(run.clone());
+        }
     }
 }
 

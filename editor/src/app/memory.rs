@@ -9,7 +9,7 @@ use eframe::egui::Context;
 
 use super::{App, Question};
 use crate::files::recent::Recent;
-use crate::files::recovery::{Copy, EVERY, Leftover, Recovery, leftovers};
+use crate::files::recovery::{EVERY, Leftover, Recovery, Snapshot, leftovers};
 use crate::files::{Change, Watch};
 use crate::model::text_of;
 
@@ -31,13 +31,13 @@ pub struct Memory {
 
 /// A thread that writes copies, since a disk may take its time.
 struct Keeper {
-    copies: Option<Sender<Option<Copy>>>,
+    copies: Option<Sender<Option<Snapshot>>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Keeper {
     fn new(mut recovery: Recovery) -> Self {
-        let (copies, receiver) = channel::<Option<Copy>>();
+        let (copies, receiver) = channel::<Option<Snapshot>>();
         let thread = std::thread::spawn(move || {
             for copy in receiver {
                 // A copy that cannot be written is tried again with the next change.
@@ -52,7 +52,7 @@ impl Keeper {
         Self { copies: Some(copies), thread: Some(thread) }
     }
 
-    fn keep(&self, copy: Option<Copy>) {
+    fn keep(&self, copy: Option<Snapshot>) {
         if let Some(copies) = &self.copies {
             // The thread lives as long as this.
             let _ = copies.send(copy);
@@ -171,7 +171,7 @@ impl App {
             }
             _ if dirty => {
                 let text = text_of(self.project.state());
-                let copy = Copy::new(self.project.path.as_deref(), &self.project.name(), SystemTime::now(), text);
+                let copy = Snapshot::new(self.project.path.as_deref(), &self.project.name(), SystemTime::now(), text);
                 if let Some(keeper) = &self.memory.keeper {
                     keeper.keep(Some(copy));
                 }

@@ -147,7 +147,7 @@ impl App {
         }
         let engine = builder.build(Arc::clone(&registry))?;
         let waker = ctx.clone();
-        let runner = Runner::new(engine, Arc::new(move || waker.request_repaint()))?;
+        let runner = Runner::new(engine, Arc::new(move || waker.request_repaint()));
         let project = Project::new(Default::default(), None, None);
         let checked = crate::run::check(&project.state().document, &registry, None, &*files);
         let library = crate::files::Library::new(settings.state.clone());

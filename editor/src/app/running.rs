@@ -80,12 +80,19 @@ impl App {
         }
         self.board.begin();
         self.busy = [!items.is_empty(), false];
-        self.runner.ask(Lane::Main, items);
+        self.ask_lane(Lane::Main, items);
         let pictures = if self.dragging { Vec::new() } else { self.wanted_pictures() };
         self.busy[1] = !pictures.is_empty();
         let pictures = pictures.into_iter().map(|output| Item { graph: Arc::clone(&graph), outputs: vec![output] });
-        self.runner.ask(Lane::Pictures, pictures.collect());
+        self.ask_lane(Lane::Pictures, pictures.collect());
         ctx.request_repaint();
+    }
+
+    fn ask_lane(&mut self, lane: Lane, items: Vec<Item>) {
+        if let Err(error) = self.runner.ask(lane, items) {
+            self.busy[usize::from(lane == Lane::Pictures)] = false;
+            self.say(format!("nothing can be computed: the system gives no thread ({error})"));
+        }
     }
 
     /// The outputs whose small pictures are shown, from left to right.
@@ -102,8 +109,8 @@ impl App {
 
     /// Stops computing.
     pub(super) fn stop(&mut self) {
-        self.runner.ask(Lane::Main, Vec::new());
-        self.runner.ask(Lane::Pictures, Vec::new());
+        self.ask_lane(Lane::Main, Vec::new());
+        self.ask_lane(Lane::Pictures, Vec::new());
         self.busy = [false; 2];
         self.board.end();
     }

@@ -41,9 +41,6 @@ pub enum StartError {
     /// The engine cannot.
     #[error(transparent)]
     Engine(#[from] EngineError),
-    /// Threads cannot be started.
-    #[error("threads cannot be started: {0}")]
-    Threads(#[from] std::io::Error),
 }
 
 /// The window's device, for computing too. Portions are short, since the window waits for them.

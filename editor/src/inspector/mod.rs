@@ -1,5 +1,6 @@
 //! The inspector: what is selected, with every parameter, its help and its state; the graph itself if nothing is.
 
+mod curve;
 mod document;
 mod help;
 mod node;

@@ -17,7 +17,7 @@ pub struct Change {
 }
 
 impl Change {
-    fn note(&mut self, response: &Response) {
+    pub(super) fn note(&mut self, response: &Response) {
         self.dragging |= response.dragged();
         self.released |= response.drag_stopped() || response.lost_focus();
     }
@@ -120,6 +120,11 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
             }
             let fresh = numbers.last().copied().unwrap_or(0.0).clamp(*min, *max);
             let speed = if max - min <= 10.0 { 0.005 } else { 0.1 };
+            // A table of many fractions is a curve.
+            let is_curve = *max_len > 16 && (*min, *max) == (0.0, 1.0);
+            if is_curve && !numbers.is_empty() {
+                super::curve::curve(ui, label, &mut numbers, &mut change);
+            }
             row(ui, label, &mut numbers, [*min_len, *max_len], fresh, &mut change, |number, ui| {
                 ui.add(DragValue::new(number).range(*min..=*max).speed(speed).suffix(suffix.as_str()))
             });

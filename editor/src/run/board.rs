@@ -155,7 +155,11 @@ impl NodeStatus {
                 self.device = Some(*device);
                 self.error = None;
             }
-            Event::NodeProgress { fraction, .. } => self.fraction = *fraction,
+            Event::NodeProgress { fraction, .. } => {
+                // Another run may have begun it.
+                self.phase = Phase::Running;
+                self.fraction = *fraction;
+            }
             Event::NodeFinished { seconds, bytes, summary, device, .. } => {
                 self.running = self.running.saturating_sub(1);
                 self.seconds = if single { *seconds } else { self.seconds + seconds };
@@ -170,7 +174,8 @@ impl NodeStatus {
             }
             Event::NodeCached { from, bytes, summary, .. } => {
                 // What has just computed stays so to the eye, though a second request finds it in the cache.
-                if !(matches!(self.phase, Phase::Done | Phase::Running) && self.run == run) {
+                if !(self.phase == Phase::Done && self.run == run) {
+                    self.running = 0;
                     self.phase = Phase::Cached(*from);
                     self.error = None;
                 }

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use breccia_engine::{CancelToken, Engine, Event, Graph, RunError, Value};
 use breccia_nodes::control::Control;
@@ -51,56 +52,33 @@ pub enum Update {
     Ended(Outcome),
 }
 
-/// A wish, and the token that takes it back.
-struct Wish {
-    id: u64,
-    items: Vec<Item>,
-    cancel: CancelToken,
-}
+/// How long an earlier wish goes on after a newer one: what both need is then computed once, and not begun again.
+const OVERLAP: Duration = Duration::from_millis(60);
 
+/// The wishes of a lane that are under way.
 #[derive(Default)]
-struct Desk {
-    next: Option<Wish>,
-    current: Option<CancelToken>,
-    closed: bool,
+struct Under {
+    newest: u64,
+    threads: Vec<(CancelToken, JoinHandle<()>)>,
 }
 
-struct LaneState {
-    desk: Mutex<Desk>,
-    ready: Condvar,
-}
-
-impl LaneState {
-    fn desk(&self) -> MutexGuard<'_, Desk> {
-        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// Two threads that run wishes on one engine.
+/// Runs wishes on one engine.
 pub struct Runner {
     engine: Engine,
-    lanes: BTreeMap<Lane, (Arc<LaneState>, Option<JoinHandle<()>>, u64)>,
+    lanes: BTreeMap<Lane, Under>,
+    sender: Sender<(Lane, u64, Update)>,
     updates: Receiver<(Lane, u64, Update)>,
+    wake: Wake,
 }
 
 /// Wakes the window.
 pub type Wake = Arc<dyn Fn() + Send + Sync>;
 
 impl Runner {
-    /// Starts the threads. `wake` is called whenever there is news.
-    ///
-    /// # Errors
-    /// If the system gives no threads.
-    pub fn new(engine: Engine, wake: Wake) -> std::io::Result<Self> {
+    /// A runner on an engine. `wake` is called whenever there is news.
+    pub fn new(engine: Engine, wake: Wake) -> Self {
         let (sender, updates) = channel();
-        let mut lanes = BTreeMap::new();
-        for lane in [Lane::Main, Lane::Pictures] {
-            let state = Arc::new(LaneState { desk: Mutex::default(), ready: Condvar::new() });
-            let work = Worker { lane, state: Arc::clone(&state), engine: engine.clone(), sender: sender.clone(), wake: Arc::clone(&wake) };
-            let thread = std::thread::Builder::new().name(format!("run-{lane:?}")).spawn(move || work.run())?;
-            lanes.insert(lane, (state, Some(thread), 0));
-        }
-        Ok(Self { engine, lanes, updates })
+        Self { engine, lanes: BTreeMap::new(), sender, updates, wake }
     }
 
     /// The engine.
@@ -108,21 +86,44 @@ impl Runner {
         &self.engine
     }
 
-    /// Takes back what the lane is doing and gives it something else to do. Without items it only stops.
-    pub fn ask(&mut self, lane: Lane, items: Vec<Item>) {
-        let Some((state, _, id)) = self.lanes.get_mut(&lane) else { return };
-        *id += 1;
-        let mut desk = state.desk();
-        if let Some(current) = &desk.current {
-            current.cancel();
+    /// Gives the lane something else to do, and takes back what it is doing once what both need is known to be needed still.
+    /// Without items it only stops.
+    ///
+    /// # Errors
+    /// If the system gives no thread.
+    pub fn ask(&mut self, lane: Lane, items: Vec<Item>) -> std::io::Result<()> {
+        let under = self.lanes.entry(lane).or_default();
+        under.newest += 1;
+        under.threads.retain(|(_, thread)| !thread.is_finished());
+        let earlier: Vec<CancelToken> = under.threads.iter().map(|(cancel, _)| cancel.clone()).collect();
+        if items.is_empty() {
+            earlier.iter().for_each(CancelToken::cancel);
+            return Ok(());
         }
-        desk.next = Some(Wish { id: *id, items, cancel: CancelToken::default() });
-        state.ready.notify_one();
+        let cancel = CancelToken::default();
+        let wish = Wish {
+            lane,
+            id: under.newest,
+            items,
+            cancel: cancel.clone(),
+            engine: self.engine.clone(),
+            sender: self.sender.clone(),
+            wake: Arc::clone(&self.wake),
+        };
+        let thread = std::thread::Builder::new().name(format!("run-{lane:?}")).spawn(move || wish.run())?;
+        under.threads.push((cancel, thread));
+        if !earlier.is_empty() {
+            std::thread::Builder::new().name("take-back".into()).spawn(move || {
+                std::thread::sleep(OVERLAP);
+                earlier.iter().for_each(CancelToken::cancel);
+            })?;
+        }
+        Ok(())
     }
 
     /// News since the last call, of the newest wishes only.
     pub fn news(&self) -> Vec<(Lane, Update)> {
-        let newest = |lane: &Lane| self.lanes.get(lane).map_or(0, |(_, _, id)| *id);
+        let newest = |lane: &Lane| self.lanes.get(lane).map_or(0, |under| under.newest);
         let news = self.updates.try_iter().filter(|(lane, id, _)| *id == newest(lane));
         news.map(|(lane, _, update)| (lane, update)).collect()
     }
@@ -130,24 +131,20 @@ impl Runner {
 
 impl Drop for Runner {
     fn drop(&mut self) {
-        for (state, ..) in self.lanes.values() {
-            let mut desk = state.desk();
-            desk.closed = true;
-            desk.current.iter().for_each(CancelToken::cancel);
-            state.ready.notify_one();
-        }
-        for (_, thread, _) in self.lanes.values_mut() {
-            if let Some(thread) = thread.take() {
-                // A thread that panicked has nothing more to say.
-                let _ = thread.join();
-            }
+        for (cancel, thread) in self.lanes.values_mut().flat_map(|under| under.threads.drain(..)) {
+            cancel.cancel();
+            // A thread that panicked has nothing more to say.
+            let _ = thread.join();
         }
     }
 }
 
-struct Worker {
+/// Something asked for, and the token that takes it back.
+struct Wish {
     lane: Lane,
-    state: Arc<LaneState>,
+    id: u64,
+    items: Vec<Item>,
+    cancel: CancelToken,
     engine: Engine,
     sender: Sender<(Lane, u64, Update)>,
     wake: Wake,
@@ -161,55 +158,37 @@ impl Control for Cancel<'_> {
     }
 }
 
-impl Worker {
+impl Wish {
     fn run(self) {
-        while let Some(wish) = self.next() {
-            let outcome = self.fulfil(&wish);
-            self.tell(wish.id, Update::Ended(outcome));
-        }
+        let outcome = self.fulfil();
+        self.tell(Update::Ended(outcome));
     }
 
-    /// The next wish; `None` when the window is closed.
-    fn next(&self) -> Option<Wish> {
-        let mut desk = self.state.desk();
-        desk.current = None;
-        loop {
-            if desk.closed {
-                return None;
-            }
-            if let Some(wish) = desk.next.take() {
-                desk.current = Some(wish.cancel.clone());
-                return Some(wish);
-            }
-            desk = self.state.ready.wait(desk).unwrap_or_else(PoisonError::into_inner);
-        }
-    }
-
-    fn tell(&self, id: u64, update: Update) {
+    fn tell(&self, update: Update) {
         // Nobody listens only while the window closes.
-        let _ = self.sender.send((self.lane, id, update));
+        let _ = self.sender.send((self.lane, self.id, update));
         (self.wake)();
     }
 
-    fn fulfil(&self, wish: &Wish) -> Outcome {
-        for item in &wish.items {
+    fn fulfil(&self) -> Outcome {
+        for item in &self.items {
             let names: Vec<&str> = item.outputs.iter().map(String::as_str).collect();
-            let on_event = |event: &Event| self.tell(wish.id, Update::Event(event.clone()));
-            match self.engine.run(&item.graph, &names, &wish.cancel, &on_event) {
+            let on_event = |event: &Event| self.tell(Update::Event(event.clone()));
+            match self.engine.run(&item.graph, &names, &self.cancel, &on_event) {
                 Ok(result) => {
                     for (name, value) in result.outputs {
                         if self.lane == Lane::Pictures {
-                            let picture = thumbnail(&value, &Cancel(&wish.cancel));
-                            self.tell(wish.id, Update::Picture(name, picture));
+                            let picture = thumbnail(&value, &Cancel(&self.cancel));
+                            self.tell(Update::Picture(name, picture));
                         } else {
-                            self.tell(wish.id, Update::Value(name, value));
+                            self.tell(Update::Value(name, value));
                         }
                     }
                 }
                 Err(RunError::Cancelled) => return Outcome::Cancelled,
-                Err(error) => self.tell(wish.id, Update::Refused(error.to_string())),
+                Err(error) => self.tell(Update::Refused(error.to_string())),
             }
-            if wish.cancel.is_cancelled() {
+            if self.cancel.is_cancelled() {
                 return Outcome::Cancelled;
             }
         }

@@ -62,6 +62,7 @@ pub(crate) fn run(order: &Order<'_>) -> Result<RunResult, RunError> {
         pending: 0,
         busy: 0,
         waiting: Vec::new(),
+        flying: Vec::new(),
         cancelled_at: Arc::default(),
         result: RunResult::default(),
         store_warned: false,
@@ -118,6 +119,8 @@ struct Scheduler<'a> {
     busy: usize,
     /// Nodes whose key somebody else computes.
     waiting: Vec<(Key, usize)>,
+    /// What this run computes, or did, and what stops it: another run may want it too.
+    flying: Vec<(usize, CancelToken)>,
     cancelled_at: Arc<OnceLock<Instant>>,
     result: RunResult,
     store_warned: bool,
@@ -262,11 +265,11 @@ impl Scheduler<'_> {
             return false;
         }
         let Some(files) = self.contents(node) else { return false };
-        if !self.order.shared.flights.take_off(key, &self.sender) {
+        let Some(cancel) = self.order.shared.flights.take_off(key, &self.sender, self.order.cancel) else {
             self.state.nodes[node].status = Status::Busy;
             self.waiting.push((key, node));
             return false;
-        }
+        };
         // Somebody may have landed between the look into the cache and the take-off.
         if !self.order.checked && self.found_after_all(node, &key) {
             self.order.shared.flights.land(key, None);
@@ -282,7 +285,7 @@ impl Scheduler<'_> {
             key,
             inputs: inputs.map(|links| links.iter().filter_map(value).collect()).collect(),
             files,
-            cancel: self.order.cancel.clone(),
+            cancel: cancel.clone(),
             cancelled_at: Arc::clone(&self.cancelled_at),
             check: self.order.checked.then(|| self.state.nodes[node].expected.clone()),
             device: placed.device.clone(),
@@ -296,6 +299,7 @@ impl Scheduler<'_> {
         self.state.nodes[node].status = Status::Busy;
         self.busy += 1;
         self.pending += 1;
+        self.flying.push((node, cancel));
         self.order.shared.spawn(move || task.run());
         false
     }
@@ -402,6 +406,12 @@ impl Scheduler<'_> {
                     self.emit(Event::Warning { node: None, message });
                 }
             }
+            Message::Approaching { key, fraction } => {
+                let waiting: Vec<usize> = self.waiting.iter().filter(|w| w.0 == key).map(|w| w.1).collect();
+                for node in waiting.into_iter().filter(|node| !self.is_machinery(*node)) {
+                    self.emit(Event::NodeProgress { node: self.name(node), fraction });
+                }
+            }
             Message::Landed { key, outputs } => {
                 let (landed, waiting) =
                     std::mem::take(&mut self.waiting).into_iter().partition(|w| w.0 == key);
@@ -480,25 +490,33 @@ impl Scheduler<'_> {
         }
     }
 
+    /// The nodes that compute though nobody wants them any more.
+    fn stopping(&self) -> impl Iterator<Item = usize> {
+        let busy = |node: usize| self.state.nodes[node].status == Status::Busy;
+        let waits = |node: usize| self.waiting.iter().any(|waiting| waiting.1 == node);
+        self.flying
+            .iter()
+            .filter(move |(node, cancel)| busy(*node) && !waits(*node) && cancel.is_cancelled())
+            .map(|(node, _)| *node)
+    }
+
     /// Gives the nodes that compute a moment to notice the cancellation, then names those that did not.
     fn wind_down(&mut self) {
         let now = Instant::now();
         let since = *self.cancelled_at.get_or_init(|| now);
         let grace = self.order.shared.cancel_grace;
-        while self.busy > 0 && since.elapsed() < grace {
+        // What another run wants goes on, and is not waited for.
+        while self.stopping().next().is_some() && since.elapsed() < grace {
             if let Ok(message) = self.receiver.recv_timeout(TICK.min(grace)) {
                 self.hear(message);
             }
         }
-        let waiting: Vec<usize> = self.waiting.iter().map(|w| w.1).collect();
-        let running =
-            |node: &usize| self.state.nodes[*node].status == Status::Busy && !waiting.contains(node);
-        for node in self.state.region.iter().filter(|&node| self.busy > 0 && running(node)) {
+        for node in self.stopping().collect::<Vec<_>>() {
             let message = format!(
                 "has not stopped {:.2} s after the cancellation, it is left behind",
                 since.elapsed().as_secs_f64()
             );
-            self.emit(Event::Warning { node: Some(self.name(*node)), message });
+            self.emit(Event::Warning { node: Some(self.name(node)), message });
         }
     }
 }

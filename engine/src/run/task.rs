@@ -41,6 +41,8 @@ pub(crate) enum Message {
     Stored { warning: Option<String> },
     /// A key that somebody else computed is there, or has to be computed after all.
     Landed { key: Key, outputs: Option<Outputs> },
+    /// How far a key is that somebody else computes.
+    Approaching { key: Key, fraction: f32 },
 }
 
 /// One computation of one node.
@@ -51,6 +53,7 @@ pub(crate) struct Task {
     pub key: Key,
     pub inputs: Vec<Vec<Value>>,
     pub files: BTreeMap<&'static str, Arc<Vec<u8>>>,
+    /// Stops it once no run wants it any more.
     pub cancel: CancelToken,
     /// When the run noticed that it was cancelled.
     pub cancelled_at: Arc<OnceLock<Instant>>,
@@ -81,7 +84,7 @@ impl Task {
             self.shared.cache.keep(&self.key, record, values);
         }
         self.shared.flights.land(self.key, result.as_ref().ok());
-        if self.cancelled_at.get().is_some_and(|at| at.elapsed() > PROMPT) {
+        if self.cancel.is_cancelled() && self.cancelled_at.get().is_some_and(|at| at.elapsed() > PROMPT) {
             self.shared.note_slow_stop(&self.graph.nodes[self.node].name);
         }
         let outputs = result.as_ref().ok().cloned();
@@ -204,6 +207,7 @@ impl Progress<'_> {
         }
         *last = (fraction, Some(Instant::now()));
         let _ = self.task.sender.send(Message::Progress { node: self.task.node, fraction });
+        self.task.shared.flights.approach(self.task.key, fraction);
     }
 }
 

@@ -1,6 +1,10 @@
 //! Several runs, several threads.
 
+use std::sync::Arc;
+use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
+
+use breccia_engine::{CancelToken, Event};
 
 use crate::support::{engine, graph, run};
 
@@ -18,20 +22,46 @@ fn two_runs_at_once_share_one_computation() {
 }
 
 #[test]
-fn who_waits_computes_itself_if_the_other_run_is_cancelled() {
+fn what_another_run_wants_too_goes_on_when_one_is_cancelled() {
     let engine = engine();
-    let graph = graph(r#""s": (type: "test.slow", params: (millis: 200))"#, "");
-    let cancel = breccia_engine::CancelToken::default();
-    let trace = std::thread::scope(|scope| {
-        scope.spawn(|| crate::support::try_run(&engine, &graph, &["s.out"], &cancel));
-        scope.spawn(|| {
-            std::thread::sleep(Duration::from_millis(60));
-            cancel.cancel();
+    let graph = graph(r#""s": (type: "test.slow", params: (millis: 1200))"#, "");
+    let cancel = CancelToken::default();
+    let (started, first_started) = channel();
+    let (cancelled, trace) = std::thread::scope(|scope| {
+        let (engine, graph, cancel) = (&engine, &graph, &cancel);
+        let first = scope.spawn(move || {
+            let tell = |event: &Event| {
+                if matches!(event, Event::NodeStarted { .. }) {
+                    started.send(()).unwrap();
+                }
+            };
+            let begun = Instant::now();
+            let result = engine.run(&Arc::new(graph.clone()), &["s.out"], cancel, &tell);
+            (result.is_err(), begun.elapsed())
         });
-        std::thread::sleep(Duration::from_millis(30));
-        run(&engine, &graph, &["s.out"])
+        first_started.recv().unwrap();
+        let second = scope.spawn(move || run(engine, graph, &["s.out"]));
+        std::thread::sleep(Duration::from_millis(500));
+        cancel.cancel();
+        (first.join().unwrap(), second.join().unwrap())
     });
-    assert_eq!((trace.computed(), trace.number("s.out")), (vec!["s"], 200));
+    assert!(cancelled.0 && cancelled.1 < Duration::from_millis(1100), "who cancels does not wait: {cancelled:?}");
+    assert_eq!((trace.computed(), trace.number("s.out")), (vec![], 1200));
+    assert!(run(&engine, &graph, &["s.out"]).warnings().is_empty(), "nothing went on too long");
+}
+
+#[test]
+fn what_all_runs_cancelled_stops() {
+    let engine = engine();
+    let graph = graph(r#""s": (type: "test.slow", params: (millis: 60000))"#, "");
+    let cancels = [CancelToken::default(), CancelToken::default()];
+    std::thread::scope(|scope| {
+        for cancel in &cancels {
+            scope.spawn(|| assert!(crate::support::try_run(&engine, &graph, &["s.out"], cancel).is_err()));
+        }
+        std::thread::sleep(Duration::from_millis(100));
+        cancels.iter().for_each(CancelToken::cancel);
+    });
 }
 
 #[test]
