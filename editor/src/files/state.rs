@@ -37,8 +37,8 @@ pub(super) fn read_text(path: &Path) -> io::Result<String> {
     Ok(text)
 }
 
-/// Writes a file that only the user may read, whole or not at all, so that neither a crash nor a full disk leaves half of one. Folders that are not
-/// there are made.
+/// Writes a file that only the user may read, whole or not at all, so that neither a crash nor a full disk leaves half
+/// of one. Folders that are not there are made.
 ///
 /// # Errors
 /// If the file cannot be written; what was there before is still there then.
