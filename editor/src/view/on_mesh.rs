@@ -1,0 +1,218 @@
+//! A mesh with its own textures, or with a solid baked onto it coarse to fine.
+
+use std::sync::Arc;
+
+use breccia_nodes::control::Control;
+use breccia_nodes::data::{Mesh, Solid};
+use breccia_nodes::mesh::{BakeSettings, UnwrapSettings, bake_solid, ensure_uvs};
+use breccia_shaders::Gpu;
+use eframe::egui;
+
+use super::geometry::{CLAY, Geometry, Placement, WHITE, of_mesh};
+use super::gpu_parts::{Finish, Material, Shape};
+use super::pixels::{Channel, Pixels, rgba_of};
+use super::renderer::Renderer;
+use super::worker::{Job, Worker};
+
+/// How a solid is baked for the eye.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Baking {
+    /// Voxels along the mesh's longest side.
+    pub resolution: u32,
+    /// Texels a side of the last pass.
+    pub finest: u32,
+}
+
+impl Default for Baking {
+    fn default() -> Self {
+        Self { resolution: 192, finest: 1024 }
+    }
+}
+
+/// Texels a side of the passes.
+const PASSES: [u32; 5] = [128, 256, 512, 1024, 2048];
+
+/// A mesh, and what its surface shows.
+#[derive(Clone)]
+pub struct Wanted {
+    /// The mesh and its version.
+    pub mesh: (u64, Arc<Mesh>),
+    /// The solid, its version and how it is baked; without it the mesh's own textures are shown.
+    pub solid: Option<(u64, Arc<dyn Solid>, Baking)>,
+    /// The map that is shown.
+    pub map: String,
+}
+
+type Key = (u64, Option<(u64, Baking)>, String);
+
+impl Wanted {
+    fn key(&self) -> Key {
+        (self.mesh.0, self.solid.as_ref().map(|(version, _, baking)| (*version, *baking)), self.map.clone())
+    }
+}
+
+enum Made {
+    /// Triangles, with whether they are laid out for baking.
+    Shape(Geometry, Placement, Option<Arc<Mesh>>),
+    Texture(Pixels),
+}
+
+/// The surface that is shown.
+pub struct OnMesh {
+    worker: Worker<Key, Made>,
+    /// The version of the mesh that `shape` shows, and the mesh laid out for baking.
+    laid: Option<(u64, Option<Arc<Mesh>>)>,
+    shape: Option<Shape>,
+    /// How the mesh lies in the ball.
+    pub placement: Placement,
+    material: [Option<Material>; 2],
+    /// The mean colour of the surface.
+    pub mean: [u8; 3],
+}
+
+impl OnMesh {
+    /// Nothing yet.
+    pub fn new(gpu: Option<&Arc<Gpu>>) -> Self {
+        Self {
+            worker: Worker::new("surface", gpu.cloned()),
+            laid: None,
+            shape: None,
+            placement: Placement { center: [0.0; 3], scale: 1.0 },
+            material: [None, None],
+            mean: [CLAY[0], CLAY[1], CLAY[2]],
+        }
+    }
+
+    /// Asks for what is to be shown, unless it is known or on its way; takes in what has come.
+    pub fn update(&mut self, ctx: &egui::Context, renderer: &Renderer, wanted: &Wanted) {
+        let laid = self.laid.as_ref().filter(|(version, _)| *version == wanted.mesh.0);
+        let laid = laid.and_then(|(_, mesh)| mesh.clone());
+        let work = wanted.clone();
+        if self.worker.want(ctx, wanted.key(), move |job| make(&work, laid, job))
+            && self.laid.as_ref().is_none_or(|(version, _)| *version != wanted.mesh.0)
+        {
+            // Another mesh: nothing of the last one is good for it.
+            self.laid = None;
+            self.shape = None;
+            self.material = [None, None];
+        }
+        for made in self.worker.poll() {
+            match made {
+                Made::Shape(geometry, placement, mesh) => {
+                    self.placement = placement;
+                    self.shape = Shape::new(renderer.device(), &geometry);
+                    self.laid = Some((wanted.mesh.0, mesh));
+                }
+                Made::Texture(pixels) => {
+                    self.mean = pixels.mean();
+                    self.material = [false, true].map(|clipped| {
+                        Some(renderer.material(&pixels, Finish { clipped, opacity: 1.0, sharp: false }))
+                    });
+                }
+            }
+        }
+    }
+
+    /// What is to be drawn, grey as long as there is no texture.
+    pub fn part(&mut self, renderer: &Renderer, clipped: bool) -> Option<(Shape, Material)> {
+        let shape = self.shape.clone()?;
+        let slot = self.material.get_mut(usize::from(clipped))?;
+        let grey = || {
+            let finish = Finish { clipped, opacity: 1.0, sharp: false };
+            renderer.material(&Pixels::flat([CLAY[0], CLAY[1], CLAY[2]]), finish)
+        };
+        Some((shape, slot.get_or_insert_with(grey).clone()))
+    }
+
+    /// Whether there is something to be seen.
+    pub fn has_shape(&self) -> bool {
+        self.shape.is_some()
+    }
+
+    /// Whether finer textures are on their way.
+    pub fn is_running(&self) -> bool {
+        self.worker.is_running()
+    }
+
+    /// The fraction done of the present pass.
+    pub fn progress(&self) -> f32 {
+        self.worker.progress()
+    }
+
+    /// What went wrong.
+    pub fn error(&self) -> Option<&str> {
+        self.worker.error()
+    }
+}
+
+fn make(wanted: &Wanted, laid: Option<Arc<Mesh>>, job: &Job<Made>) -> Result<(), String> {
+    let mesh = &wanted.mesh.1;
+    let placement = Placement::of_mesh(mesh);
+    match &wanted.solid {
+        None => {
+            own(mesh, placement, &wanted.map, job);
+            Ok(())
+        }
+        Some((_, solid, baking)) => bake(mesh, laid, &**solid, *baking, &wanted.map, job),
+    }
+}
+
+/// The mesh's own texture, or its vertex colours, or grey.
+fn own(mesh: &Mesh, placement: Placement, map: &str, job: &Job<Made>) {
+    let texture = mesh.texture(map).filter(|_| mesh.uvs.len() == mesh.positions.len());
+    let color = texture.map(|_| WHITE);
+    let pixels = match texture {
+        Some(image) => Pixels::new([image.width(), image.height()], rgba_of(image, Channel::Color)),
+        None => Pixels::flat([255; 3]),
+    };
+    job.send(Made::Texture(pixels));
+    job.send(Made::Shape(of_mesh(mesh, placement, color), placement, None));
+}
+
+fn bake(
+    mesh: &Arc<Mesh>,
+    laid: Option<Arc<Mesh>>,
+    solid: &dyn Solid,
+    baking: Baking,
+    map: &str,
+    job: &Job<Made>,
+) -> Result<(), String> {
+    let placement = Placement::of_mesh(mesh);
+    let laid = match laid {
+        Some(laid) => laid,
+        None => {
+            let bare = Mesh { textures: Vec::new(), ..Mesh::clone(mesh) };
+            job.send(Made::Shape(of_mesh(&bare, placement, Some(WHITE)), placement, None));
+            let settings = UnwrapSettings { texture_size: 1024, ..UnwrapSettings::default() };
+            let laid = ensure_uvs(&bare, settings).map_err(|error| error.to_string())?;
+            let laid = Arc::new(laid);
+            job.send(Made::Shape(of_mesh(&laid, placement, Some(WHITE)), placement, Some(Arc::clone(&laid))));
+            laid
+        }
+    };
+    bake_passes(&laid, solid, baking, map, job, |pixels| job.send(Made::Texture(pixels)))
+}
+
+/// Bakes coarse to fine; every finished pass is handed over.
+pub(super) fn bake_passes(
+    mesh: &Mesh,
+    solid: &dyn Solid,
+    baking: Baking,
+    map: &str,
+    control: &dyn Control,
+    hand_over: impl Fn(Pixels),
+) -> Result<(), String> {
+    for texture_size in PASSES.into_iter().filter(|&size| size <= baking.finest.max(128)) {
+        let settings = BakeSettings {
+            resolution: baking.resolution,
+            texture_size,
+            gutter: (texture_size / 128).max(2),
+            ..BakeSettings::default()
+        };
+        let baked = bake_solid(mesh, solid, settings, control).map_err(|error| error.to_string())?;
+        let image = baked.texture(map).or_else(|| baked.texture("color"));
+        let image = image.ok_or_else(|| format!("the solid has no map `{map}` that can be baked"))?;
+        hand_over(Pixels::new([image.width(), image.height()], rgba_of(image, Channel::Color)));
+    }
+    Ok(())
+}
