@@ -87,7 +87,7 @@ struct Builtin;
 impl FileSource for Builtin {
     fn read(&self, path: &str) -> io::Result<Arc<Vec<u8>>> {
         let bytes = path.strip_prefix("builtin:").and_then(breccia_graphs::asset);
-        bytes.map(|asset| Arc::new(asset.bytes.to_vec())).ok_or_else(|| io::ErrorKind::NotFound.into())
+        bytes.map(|asset| Arc::new(asset.to_vec())).ok_or_else(|| io::ErrorKind::NotFound.into())
     }
 }
 
@@ -113,8 +113,8 @@ fn solid() -> Value {
 }
 
 fn spot() -> Value {
-    let bytes = breccia_graphs::asset("spot/spot.glb").unwrap().bytes;
-    let mesh = breccia_nodes::mesh::decode_mesh("spot.glb", bytes).unwrap();
+    let bytes = breccia_graphs::asset("spot/spot.glb").unwrap();
+    let mesh = breccia_nodes::mesh::decode_mesh(bytes, "glb").unwrap();
     Value::new(mesh)
 }
 

@@ -93,6 +93,7 @@ impl Orbit {
     }
 
     /// The direction in which a place of the picture looks; its component straight ahead is 1.
+    #[cfg(test)]
     pub fn ray(&self, at: Pos2, rect: Rect) -> Vec3 {
         let [slope_x, slope_y] = self.slopes(rect.size());
         let x = (at.x - rect.center().x) / (rect.width() / 2.0).max(0.5) * slope_x;

@@ -4,7 +4,9 @@ use breccia_nodes::data::Mesh;
 use breccia_nodes::mesh::smooth_normals;
 use bytemuck::{Pod, Zeroable};
 
-use super::vector::{Vec3, cross, sub, unit_or};
+#[cfg(test)]
+use super::vector::sub;
+use super::vector::{Vec3, cross, unit_or};
 
 /// The grey of what has no colour of its own.
 pub const CLAY: [u8; 4] = [168, 166, 162, 255];
@@ -123,6 +125,7 @@ pub fn outline(points: &[Vec3], color: [u8; 4]) -> Vec<Vertex> {
 }
 
 /// The normal of a triangle, not of unit length.
+#[cfg(test)]
 pub fn face_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
     cross(sub(b, a), sub(c, a))
 }

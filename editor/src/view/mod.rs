@@ -157,6 +157,7 @@ impl Viewport {
     fn toolbar(&mut self, ui: &mut Ui, content: &Content, show: Show) -> Option<Ask> {
         let mut ask = None;
         let mut show = show;
+        ui.label(egui::RichText::new(self.main.label()).weak()).on_hover_text("What is looked at");
         if let Content::Body(body) = content {
             let has_mesh = self.mesh.content().and_then(Content::mesh).is_some();
             for (way, name, tip) in Show::ALL {
@@ -185,7 +186,8 @@ impl Viewport {
                 }
             }
         }
-        ask.or(toolbar::save(ui, &mut self.export.settings, show != Show::Slice, self.export.is_running()))
+        let running = self.export.is_running();
+        ask.or(toolbar::save(ui, &mut self.export.settings, show != Show::Slice, running))
     }
 
     fn body(
