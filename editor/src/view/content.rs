@@ -25,7 +25,8 @@ impl Body {
         let maps = solid.maps().into_iter().map(|map| map.name).collect();
         let bounds = bounds.or(match solid.extent() {
             Extent::Unbounded => None,
-            Extent::Periodic(period) => Some(([0; 3], period)),
+            // Of a short period more than one is looked at.
+            Extent::Periodic(period) => period.iter().all(|&n| n >= 16).then_some(([0; 3], period)),
             Extent::Bounded(origin, size) => Some((origin, size)),
         });
         Self { solid, bounds, maps }

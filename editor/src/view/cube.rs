@@ -97,6 +97,12 @@ impl Cube {
         }
     }
 
+    /// Gives up what is on its way.
+    pub fn rest(&mut self) {
+        self.outer.rest();
+        self.inner.iter_mut().for_each(Faces::rest);
+    }
+
     /// Whether finer textures are on their way.
     pub fn is_running(&self) -> bool {
         self.outer.is_running() || self.inner.iter().any(Faces::is_running)
@@ -238,6 +244,11 @@ impl Planes {
                 self.at[axis] = (self.at[axis] + voxels).clamp(0.0, 1.0);
             }
         }
+    }
+
+    /// Gives up what is on its way.
+    pub fn rest(&mut self) {
+        self.faces.iter_mut().for_each(Faces::rest);
     }
 
     /// Whether finer textures are on their way.

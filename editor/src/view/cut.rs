@@ -68,9 +68,9 @@ impl Cut {
     pub fn new(gpu: Option<&Arc<Gpu>>) -> Self {
         Self {
             on: false,
-            turn: 60.0,
-            tilt: 15.0,
-            depth: 0.1,
+            turn: 120.0,
+            tilt: 10.0,
+            depth: 0.05,
             flipped: false,
             worker: Worker::new("cap", gpu.cloned()),
             cap: None,
@@ -167,6 +167,11 @@ impl Cut {
         if let Some(by) = drag("Tilt the cut", add(foot, scale(upwards, ARM)), "tilt") {
             self.tilt = (self.tilt - (by / ARM).to_degrees()).clamp(-90.0, 90.0);
         }
+    }
+
+    /// Gives up what is on its way.
+    pub fn rest(&mut self) {
+        self.worker.rest();
     }
 
     /// Whether a finer cap is on its way.

@@ -56,6 +56,7 @@ struct Reel {
     next: u32,
     settings: TurnSettings,
     start: Orbit,
+    props: Props,
 }
 
 /// What is being saved.
@@ -105,7 +106,7 @@ impl Export {
     }
 
     /// Saves a full turn of what is on the stage; frames are drawn one a call of [`Export::update`].
-    pub fn turntable(&mut self, ctx: &egui::Context, start: Orbit, film: Film) {
+    pub fn turntable(&mut self, ctx: &egui::Context, (start, props): (Orbit, Props), film: Film) {
         let settings = self.settings;
         let (frames, taken) = sync_channel(2);
         self.start(ctx, move |job| {
@@ -113,7 +114,7 @@ impl Export {
             job.send(encode(film, settings, next, job)?);
             Ok(())
         });
-        self.reel = Some(Reel { frames, waiting: None, next: 0, settings, start });
+        self.reel = Some(Reel { frames, waiting: None, next: 0, settings, start, props });
     }
 
     /// Saves a full turn of a scene that is seen through.
@@ -138,13 +139,11 @@ impl Export {
     }
 
     /// Draws the next frame if one is wanted, and returns files that are finished.
-    pub fn update(&mut self, ctx: &egui::Context, stage: &Stage, props: Option<&Props>) -> Vec<ViewAction> {
-        if let Some(reel) = &mut self.reel
-            && let Some(props) = props
-        {
+    pub fn update(&mut self, ctx: &egui::Context, stage: &Stage) -> Vec<ViewAction> {
+        if let Some(reel) = &mut self.reel {
             if reel.waiting.is_none() && reel.next < reel.settings.frames {
                 let camera = Orbit { azimuth: azimuth(reel.start, reel.next, reel.settings), ..reel.start };
-                match stage.picture(props, camera, [reel.settings.side; 2]) {
+                match stage.picture(&reel.props, camera, [reel.settings.side; 2]) {
                     Ok(frame) => reel.waiting = Some(frame),
                     Err(error) => {
                         self.cancel();
@@ -330,10 +329,10 @@ mod tests {
         let (ctx, stage) = (egui::Context::default(), Stage::new(state));
         let mut export = Export::new(None);
         export.settings = TurnSettings { frames: 6, side: 24, seconds: 2.0 };
-        export.turntable(&ctx, Orbit::default(), Film::Pngs);
+        export.turntable(&ctx, (Orbit::default(), Props::default()), Film::Pngs);
         let mut files = Vec::new();
         while export.is_running() {
-            for action in export.update(&ctx, &stage, Some(&Props::default())) {
+            for action in export.update(&ctx, &stage) {
                 if let ViewAction::Save { files: saved, .. } = action {
                     files.extend(saved);
                 }
@@ -351,8 +350,8 @@ mod tests {
         let Some(state) = super::super::testing::render_state() else { return };
         let (ctx, stage) = (egui::Context::default(), Stage::new(state));
         let mut export = Export::new(None);
-        export.turntable(&ctx, Orbit::default(), Film::Gif);
+        export.turntable(&ctx, (Orbit::default(), Props::default()), Film::Gif);
         export.cancel();
-        assert!(!export.is_running() && export.update(&ctx, &stage, Some(&Props::default())).is_empty());
+        assert!(!export.is_running() && export.update(&ctx, &stage).is_empty());
     }
 }

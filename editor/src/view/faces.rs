@@ -8,14 +8,14 @@ use breccia_shaders::Gpu;
 use eframe::egui;
 
 use super::geometry::{Geometry, Placement, WHITE};
-use super::gpu_parts::{Finish, Material, Shape};
+use super::gpu_parts::{Clip, Finish, Material, Shape};
 use super::pixels::{Channel, Pixels, rgba_of};
 use super::renderer::Renderer;
 use super::vector::{Vec3, sub};
 use super::worker::{Job, Worker};
 
 /// Surfaces whose single voxels are to be seen.
-const VOXELS: Finish = Finish { clipped: false, opacity: 1.0, sharp: true };
+const VOXELS: Finish = Finish { clip: Clip::Whole, opacity: 1.0, sharp: true };
 
 /// Where a point of voxel space comes to lie: x to the right, y down, z away from the viewer.
 pub fn world(placement: &Placement, [x, y, z]: [f64; 3]) -> Vec3 {
@@ -138,6 +138,11 @@ impl Faces {
     /// The texture of a face, if there is one.
     pub fn material(&self, at: usize) -> Option<&Material> {
         self.materials.get(at)?.as_ref()
+    }
+
+    /// Gives up what is on its way.
+    pub fn rest(&mut self) {
+        self.worker.rest();
     }
 
     /// Whether finer textures are on their way.

@@ -238,6 +238,12 @@ impl Flat {
         text.unwrap_or_else(|| format!("{} × {} · {zoom:.0} %", size[0], size[1]))
     }
 
+    /// Gives up what is on its way.
+    pub fn rest(&mut self) {
+        self.main.rest();
+        self.exemplar.rest();
+    }
+
     /// Whether pieces are on their way.
     pub fn is_running(&self) -> bool {
         self.main.is_running() || self.exemplar.is_running()

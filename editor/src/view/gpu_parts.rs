@@ -49,11 +49,22 @@ impl Shape {
     }
 }
 
+/// What the clipping plane does to a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Clip {
+    /// Nothing.
+    Whole,
+    /// What lies beyond it is not drawn.
+    Kept,
+    /// Only what lies beyond it is drawn.
+    Removed,
+}
+
 /// How a surface is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finish {
-    /// Whether the clipping plane cuts it.
-    pub clipped: bool,
+    /// What the clipping plane does to it.
+    pub clip: Clip,
     /// 1 hides what lies behind.
     pub opacity: f32,
     /// Whether single texels are shown as squares when they are large.
@@ -61,7 +72,7 @@ pub struct Finish {
 }
 
 /// Opaque, smooth, whole.
-pub const PLAIN: Finish = Finish { clipped: false, opacity: 1.0, sharp: false };
+pub const PLAIN: Finish = Finish { clip: Clip::Whole, opacity: 1.0, sharp: false };
 
 /// A texture and how it is drawn, in the device's memory. Cloning copies a pointer.
 #[derive(Clone)]
@@ -119,7 +130,12 @@ impl Material {
             anisotropy_clamp: if finish.sharp { 1 } else { 8 },
             ..wgpu::SamplerDescriptor::default()
         });
-        let flags = [f32::from(u8::from(finish.clipped)), finish.opacity, 0.0, 0.0];
+        let clip = match finish.clip {
+            Clip::Whole => 0.0,
+            Clip::Kept => 1.0,
+            Clip::Removed => 2.0,
+        };
+        let flags = [clip, finish.opacity, 0.0, 0.0];
         let uniform = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("viewport material"),
             contents: bytemuck::cast_slice(&flags),

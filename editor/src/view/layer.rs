@@ -13,6 +13,9 @@ use super::worker::{Job, Worker};
 /// Pixels along the edge of a piece of a picture that is known already.
 const PIECE: u32 = 512;
 
+/// Pieces that are taken in a frame, so that large pictures do not hold the window up.
+const AT_ONCE: usize = 12;
+
 /// A piece of a picture.
 #[derive(Clone)]
 pub struct Patch {
@@ -77,7 +80,11 @@ impl<K: PartialEq> Layer<K> {
             self.next_size = size;
             self.fresh = true;
         }
-        for (patch, bytes) in self.worker.poll() {
+        let came = self.worker.poll_up_to(AT_ONCE);
+        if came.len() == AT_ONCE {
+            ctx.request_repaint();
+        }
+        for (patch, bytes) in came {
             if std::mem::take(&mut self.fresh) {
                 self.patches.clear();
                 self.size = self.next_size;
@@ -163,6 +170,11 @@ impl<K: PartialEq> Layer<K> {
     /// The pieces, for a picture that is saved.
     pub fn pieces(&self) -> ([u32; 2], Vec<Patch>) {
         (self.size, self.patches.iter().map(|(patch, _)| patch.clone()).collect())
+    }
+
+    /// Gives up what is on its way.
+    pub fn rest(&mut self) {
+        self.worker.rest();
     }
 
     /// Whether pieces are on their way.

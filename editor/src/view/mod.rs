@@ -119,8 +119,11 @@ impl Viewport {
             return Vec::new();
         };
         let show = self.shown(&content);
+        let whole = ui.max_rect();
         let ask = ui.horizontal_wrapped(|ui| self.toolbar(ui, &content, show)).inner;
-        let rect = ui.available_rect_before_wrap();
+        // What was shown before a click on the toolbar is drawn no more.
+        let show = self.shown(&content);
+        let rect = ui.available_rect_before_wrap().intersect(whole);
         if rect.width() < 8.0 || rect.height() < 8.0 {
             return Vec::new();
         }
@@ -157,6 +160,7 @@ impl Viewport {
     fn toolbar(&mut self, ui: &mut Ui, content: &Content, show: Show) -> Option<Ask> {
         let mut ask = None;
         let mut show = show;
+        ui.add_space(2.0);
         ui.label(egui::RichText::new(self.main.label()).weak()).on_hover_text("What is looked at");
         if let Content::Body(body) = content {
             let has_mesh = self.mesh.content().and_then(Content::mesh).is_some();
@@ -198,7 +202,12 @@ impl Viewport {
         show: Show,
         ask: Option<Ask>,
     ) -> Vec<ViewAction> {
-        let mut actions = Vec::new();
+        let mut actions = self.export.update(ui.ctx(), &self.stage);
+        let flat = show == Show::Slice;
+        self.objects.rest_but((!flat).then_some(show));
+        if !flat {
+            self.flat.rest();
+        }
         match content {
             Content::Report(numbers) => report::report(ui, numbers),
             Content::Curves(curves) => report::curves(ui, curves),
@@ -213,18 +222,16 @@ impl Viewport {
                 {
                     self.export.flat(ui.ctx(), pieces);
                 }
-                actions.extend(self.export.update(ui.ctx(), &self.stage, None));
             }
             _ => {
                 let mesh = self.mesh.content().and_then(Content::mesh).map(|mesh| (self.mesh.version, mesh));
                 let main = (self.main.version, content);
                 let props = self.objects.show(ui, rect, &mut self.stage, main, mesh, show);
                 actions.extend(self.asked(ui, rect, props.as_ref(), ask));
-                actions.extend(self.export.update(ui.ctx(), &self.stage, props.as_ref()));
             }
         }
         match ask {
-            Some(Ask::Reset) => self.stage.camera = camera::Orbit::default(),
+            Some(Ask::Reset) => self.stage.reset(),
             Some(Ask::CancelExport) => self.export.cancel(),
             _ => {}
         }
@@ -269,7 +276,9 @@ impl Viewport {
                     None => return Some(ViewAction::Say("There is no picture yet.".to_owned())),
                 }
             }
-            (Some(Ask::Turntable(film)), Some(_)) => self.export.turntable(ctx, camera, film),
+            (Some(Ask::Turntable(film)), Some(props)) => {
+                self.export.turntable(ctx, (camera, props.clone()), film);
+            }
             (Some(Ask::Turntable(film)), None) => match self.objects.glass_scene() {
                 Some((scene, glass)) => self.export.glass_turntable(ctx, scene, glass, camera, film),
                 None => return Some(ViewAction::Say("There is nothing to turn yet.".to_owned())),

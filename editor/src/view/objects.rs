@@ -76,25 +76,34 @@ impl Objects {
             }
             Show::Translucent => {
                 self.edge_control(ui);
-                ui.add(Slider::new(&mut self.opacity, 0.002..=1.0).logarithmic(true).text("Opacity"))
-                    .on_hover_text("How much a voxel hides of what lies behind it");
+                toolbar::slider(
+                    ui,
+                    Slider::new(&mut self.opacity, 0.002..=1.0).logarithmic(true).text("Opacity"),
+                )
+                .on_hover_text("How much a voxel hides of what lies behind it");
             }
             _ => self.edge_control(ui),
         }
     }
 
     fn edge_control(&mut self, ui: &mut Ui) {
-        ui.add(Slider::new(&mut self.edge, 16..=512).logarithmic(true).text("Box"))
+        toolbar::slider(ui, Slider::new(&mut self.edge, 16..=512).logarithmic(true).text("Box"))
             .on_hover_text("Voxels along the edge of the box that is shown, at most");
     }
 
     fn cut_controls(&mut self, ui: &mut Ui) {
         ui.toggle_value(&mut self.cut.on, "Cut").on_hover_text("Cut the object open by a plane");
         if self.cut.on {
-            ui.add(Slider::new(&mut self.cut.depth, -1.0..=1.0).text("Depth"))
+            toolbar::slider(ui, Slider::new(&mut self.cut.depth, -1.0..=1.0).text("Depth"))
                 .on_hover_text("Where the plane lies along its normal");
-            ui.add(Slider::new(&mut self.cut.turn, -180.0..=180.0).suffix("°").step_by(1.0).text("Turn"));
-            ui.add(Slider::new(&mut self.cut.tilt, -90.0..=90.0).suffix("°").step_by(1.0).text("Tilt"));
+            toolbar::slider(
+                ui,
+                Slider::new(&mut self.cut.turn, -180.0..=180.0).suffix("°").step_by(1.0).text("Turn"),
+            );
+            toolbar::slider(
+                ui,
+                Slider::new(&mut self.cut.tilt, -90.0..=90.0).suffix("°").step_by(1.0).text("Tilt"),
+            );
             if ui.button("Other side").on_hover_text("Keep what was cut off").clicked() {
                 self.cut.flipped = !self.cut.flipped;
             }
@@ -116,6 +125,7 @@ impl Objects {
         let response = ui.interact(rect, ui.id().with("stage"), Sense::click_and_drag());
         let label = "Object: drag to turn, Shift and drag to move, wheel to zoom, arrow keys turn";
         response.widget_info(|| WidgetInfo::labeled(WidgetType::Image, true, label));
+        stage.turn_to(show == Show::Mesh);
         stage.steer(ui, &response);
         let body = main.1.body();
         let props = match (show, body) {
@@ -179,6 +189,7 @@ impl Objects {
         self.cut.update(ui.ctx(), &stage.renderer, self.surface.placement, capped.as_ref());
         if self.cut.on {
             self.cut.add(&mut props);
+            props.parts.extend(self.surface.ghost(&stage.renderer));
         }
         props
     }
@@ -230,13 +241,26 @@ impl Objects {
         Some((Arc::clone(self.glass.scene()?), glass))
     }
 
-    /// Whether work goes on behind what is shown.
-    pub fn is_running(&self) -> bool {
-        match self.show {
-            Show::Cube => self.cube.is_running(),
-            Show::Planes => self.planes.is_running(),
-            Show::Mesh => self.surface.is_running() || self.cut.is_running(),
-            _ => self.glass.is_running(),
+    /// Gives up what is on its way for all but what is shown.
+    pub fn rest_but(&mut self, show: Option<Show>) {
+        if show != Some(Show::Mesh) {
+            self.surface.rest();
+            self.cut.rest();
         }
+        if show != Some(Show::Cube) {
+            self.cube.rest();
+        }
+        if show != Some(Show::Planes) {
+            self.planes.rest();
+        }
+        if !matches!(show, Some(Show::Translucent | Show::Particles)) {
+            self.glass.rest();
+        }
+    }
+
+    /// Whether work goes on.
+    pub fn is_running(&self) -> bool {
+        let surface = self.surface.is_running() || self.cut.is_running();
+        surface || self.cube.is_running() || self.planes.is_running() || self.glass.is_running()
     }
 }

@@ -9,7 +9,7 @@ use breccia_shaders::Gpu;
 use eframe::egui;
 
 use super::geometry::{CLAY, Geometry, Placement, WHITE, of_mesh};
-use super::gpu_parts::{Finish, Material, Shape};
+use super::gpu_parts::{Clip, Finish, Material, PLAIN, Shape};
 use super::pixels::{Channel, Pixels, rgba_of};
 use super::renderer::Renderer;
 use super::worker::{Job, Worker};
@@ -68,6 +68,9 @@ pub struct OnMesh {
     material: [Option<Material>; 2],
     /// The mean colour of the surface.
     pub mean: [u8; 3],
+    /// What the texture shows, and its size.
+    finest: Option<(Key, [u32; 2])>,
+    pale: Option<Material>,
 }
 
 impl OnMesh {
@@ -80,6 +83,8 @@ impl OnMesh {
             placement: Placement { center: [0.0; 3], scale: 1.0 },
             material: [None, None],
             mean: [CLAY[0], CLAY[1], CLAY[2]],
+            finest: None,
+            pale: None,
         }
     }
 
@@ -95,6 +100,7 @@ impl OnMesh {
             self.laid = None;
             self.shape = None;
             self.material = [None, None];
+            self.finest = None;
         }
         for made in self.worker.poll() {
             match made {
@@ -104,10 +110,15 @@ impl OnMesh {
                     self.laid = Some((wanted.mesh.0, mesh));
                 }
                 Made::Texture(pixels) => {
+                    // Begun again after a rest, the first passes are coarser than what is there.
+                    let finer = (wanted.key(), pixels.size);
+                    if self.finest.as_ref().is_some_and(|f| f.0 == finer.0 && f.1 > finer.1) {
+                        continue;
+                    }
+                    self.finest = Some(finer);
                     self.mean = pixels.mean();
-                    self.material = [false, true].map(|clipped| {
-                        Some(renderer.material(&pixels, Finish { clipped, opacity: 1.0, sharp: false }))
-                    });
+                    self.material = [Clip::Whole, Clip::Kept]
+                        .map(|clip| Some(renderer.material(&pixels, Finish { clip, ..PLAIN })));
                 }
             }
         }
@@ -117,16 +128,27 @@ impl OnMesh {
     pub fn part(&mut self, renderer: &Renderer, clipped: bool) -> Option<(Shape, Material)> {
         let shape = self.shape.clone()?;
         let slot = self.material.get_mut(usize::from(clipped))?;
-        let grey = || {
-            let finish = Finish { clipped, opacity: 1.0, sharp: false };
-            renderer.material(&Pixels::flat([CLAY[0], CLAY[1], CLAY[2]]), finish)
-        };
+        let clip = if clipped { Clip::Kept } else { Clip::Whole };
+        let clay = Pixels::flat([CLAY[0], CLAY[1], CLAY[2]]);
+        let grey = || renderer.material(&clay, Finish { clip, ..PLAIN });
         Some((shape, slot.get_or_insert_with(grey).clone()))
+    }
+
+    /// What was cut off, as a shade of it.
+    pub fn ghost(&mut self, renderer: &Renderer) -> Option<(Shape, Material)> {
+        let finish = Finish { clip: Clip::Removed, opacity: 0.05, sharp: false };
+        let pale = || renderer.material(&Pixels::flat([190, 190, 200]), finish);
+        Some((self.shape.clone()?, self.pale.get_or_insert_with(pale).clone()))
     }
 
     /// Whether there is something to be seen.
     pub fn has_shape(&self) -> bool {
         self.shape.is_some()
+    }
+
+    /// Gives up what is on its way.
+    pub fn rest(&mut self) {
+        self.worker.rest();
     }
 
     /// Whether finer textures are on their way.

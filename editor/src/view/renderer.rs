@@ -69,8 +69,8 @@ impl Frame {
         Globals {
             view_projection: self.view_projection,
             eye: [self.eye[0], self.eye[1], self.eye[2], 1.0],
-            key: [x, y, z, 0.62 * b],
-            around: [0.46 * b, 0.17 * b, f32::from(u8::from(self.light.flat)), 0.0],
+            key: [x, y, z, 0.72 * b],
+            around: [0.52 * b, 0.20 * b, f32::from(u8::from(self.light.flat)), 0.0],
             clip: [normal[0], normal[1], normal[2], distance],
             inside: [inside[0], inside[1], inside[2], 1.0],
             top: self.light.behind[0],

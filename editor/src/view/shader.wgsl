@@ -17,7 +17,7 @@ struct Globals {
 }
 
 struct Material {
-    // Whether it is clipped, and how opaque it is.
+    // 1 where what lies beyond the plane is not drawn, 2 where only that is; and how opaque it is.
     flags: vec4f,
 }
 
@@ -74,8 +74,9 @@ fn lit(base: vec3f, normal: vec3f, world: vec3f) -> vec3f {
 @fragment
 fn surface(in: Varying, @builtin(front_facing) front: bool) -> @location(0) vec4f {
     let texel = textureSample(map, map_sampler, in.uv);
-    let clipped = material.flags.x > 0.5;
-    if clipped && dot(globals.clip.xyz, in.world) > globals.clip.w {
+    let clipped = material.flags.x == 1.0;
+    let beyond = dot(globals.clip.xyz, in.world) > globals.clip.w;
+    if (clipped && beyond) || (material.flags.x == 2.0 && !beyond) {
         discard;
     }
     var base = texel.rgb * decode(in.color.rgb);

@@ -9,6 +9,7 @@ use eframe::egui::{self, Ui};
 use super::content::Body;
 use super::layer::{Patch, Pieces};
 use super::pixels::Channel;
+use super::toolbar;
 
 /// Pixels along the edge of a tile.
 const TILE: u32 = 96;
@@ -108,16 +109,22 @@ impl Slicing {
         }
         let (low, high) = self.reach(body);
         self.position = self.position.clamp(low, high);
-        ui.add(egui::Slider::new(&mut self.position, low..=high).step_by(1.0).text("Position"))
+        toolbar::slider(ui, egui::Slider::new(&mut self.position, low..=high).step_by(1.0).text("Position"))
             .on_hover_text("Which layer of voxels; Shift and the wheel move it too");
         if self.across == Across::Oblique {
-            ui.add(egui::Slider::new(&mut self.turn, -180.0..=180.0).step_by(1.0).suffix("°").text("Turn"))
-                .on_hover_text("From z towards x");
-            ui.add(egui::Slider::new(&mut self.tilt, -90.0..=90.0).step_by(1.0).suffix("°").text("Tilt"))
-                .on_hover_text("Towards y");
+            toolbar::slider(
+                ui,
+                egui::Slider::new(&mut self.turn, -180.0..=180.0).step_by(1.0).suffix("°").text("Turn"),
+            )
+            .on_hover_text("From z towards x");
+            toolbar::slider(
+                ui,
+                egui::Slider::new(&mut self.tilt, -90.0..=90.0).step_by(1.0).suffix("°").text("Tilt"),
+            )
+            .on_hover_text("Towards y");
         }
         if body.bounds.is_none() {
-            ui.add(egui::Slider::new(&mut self.edge, 32..=2048).logarithmic(true).text("Size"))
+            toolbar::slider(ui, egui::Slider::new(&mut self.edge, 32..=2048).logarithmic(true).text("Size"))
                 .on_hover_text("Pixels along a side; the solid has no end");
         }
     }

@@ -73,6 +73,11 @@ impl Default for Look {
     }
 }
 
+/// The first view: of boxes their faces across x, y and z, of meshes what the renderings of the presets show.
+fn home(is_mesh: bool) -> Orbit {
+    if is_mesh { Orbit { azimuth: 145.0, ..Orbit::default() } } else { Orbit::default() }
+}
+
 /// What is to be drawn, without the way it is looked at.
 #[derive(Clone, Default)]
 pub struct Props {
@@ -94,6 +99,9 @@ pub struct Stage {
     pub camera: Orbit,
     /// Lights.
     pub look: Look,
+    /// The camera of meshes while that of boxes is in use, and the other way round.
+    other: Orbit,
+    is_mesh: bool,
     state: RenderState,
     target: Option<(Target, TextureId)>,
     drawn: Option<Frame>,
@@ -103,8 +111,21 @@ impl Stage {
     /// A stage on the device of the window.
     pub fn new(state: RenderState) -> Self {
         let renderer = Renderer::new(&state.adapter, state.device.clone(), state.queue.clone());
-        let (camera, look) = (Orbit::default(), Look::default());
-        Self { renderer, camera, look, state, target: None, drawn: None }
+        let (camera, look) = (home(false), Look::default());
+        Self { renderer, camera, look, other: home(true), is_mesh: false, state, target: None, drawn: None }
+    }
+
+    /// Takes the camera of meshes, or that of boxes, as it was left.
+    pub fn turn_to(&mut self, is_mesh: bool) {
+        if self.is_mesh != is_mesh {
+            self.is_mesh = is_mesh;
+            std::mem::swap(&mut self.camera, &mut self.other);
+        }
+    }
+
+    /// The first view again.
+    pub fn reset(&mut self) {
+        self.camera = home(self.is_mesh);
     }
 
     /// The frame that shows these things from a camera.
@@ -278,7 +299,7 @@ pub fn checkerboard(ui: &Ui, rect: Rect) {
 #[cfg(test)]
 mod tests {
     use super::super::geometry::{Geometry, WHITE};
-    use super::super::gpu_parts::PLAIN;
+    use super::super::gpu_parts::{Clip, Finish, PLAIN};
     use super::super::pixels::Pixels;
     use super::super::testing::render_state;
     use super::*;
@@ -293,7 +314,7 @@ mod tests {
         let mut geometry = Geometry::default();
         geometry.quad([-0.5, 0.5, 0.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [[0.0; 2], [1.0; 2]], WHITE);
         let colors = [[250, 10, 10, 255], [10, 250, 10, 255], [10, 10, 250, 255], [240, 240, 20, 255]];
-        let finish = super::super::gpu_parts::Finish { clipped, sharp: true, ..PLAIN };
+        let finish = Finish { clip: if clipped { Clip::Kept } else { Clip::Whole }, sharp: true, ..PLAIN };
         let material = stage.renderer.material(&Pixels::new([2, 2], colors.concat()), finish);
         let shape = Shape::new(stage.renderer.device(), &geometry).unwrap();
         Props { parts: vec![(shape, material)], ..Props::default() }

@@ -1,5 +1,6 @@
 //! The viewport's toolbar: what is shown, how, and what can be saved of it.
 
+use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{self, Slider, Ui};
 
 use super::export::{Film, TurnSettings};
@@ -48,6 +49,21 @@ pub enum Ask {
     CancelExport,
 }
 
+/// Adds a slider to a row that wraps. A slider does not know its width before it is there, so it would not wrap by itself.
+pub fn slider(ui: &mut Ui, slider: Slider<'_>) -> egui::Response {
+    let width = ui.spacing().slider_width + 110.0;
+    if ui.available_size_before_wrap().x < width {
+        ui.end_row();
+    }
+    ui.add(slider)
+}
+
+/// A menu that stays open while its sliders are dragged.
+fn menu<R>(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui) -> R) -> egui::Response {
+    let stays = MenuConfig::new().close_behavior(egui::PopupCloseBehavior::CloseOnClickOutside);
+    MenuButton::new(name).config(stays).ui(ui, contents).0
+}
+
 /// A choice among maps, where there are several.
 pub fn map_choice(ui: &mut Ui, names: &[&str], chosen: &mut String) {
     let Some(first) = names.first() else { return };
@@ -70,7 +86,7 @@ pub fn map_choice(ui: &mut Ui, names: &[&str], chosen: &mut String) {
 
 /// Light and background.
 pub fn light(ui: &mut Ui, look: &mut Look) {
-    ui.menu_button("Light", |ui| {
+    menu(ui, "Light", |ui| {
         ui.set_min_width(240.0);
         ui.add_enabled(!look.flat, Slider::new(&mut look.brightness, 0.2..=2.0).text("Brightness"));
         ui.add_enabled(
@@ -87,14 +103,13 @@ pub fn light(ui: &mut Ui, look: &mut Look) {
             }
         });
     })
-    .response
     .on_hover_text("Light and background");
 }
 
 /// What can be saved.
 pub fn save(ui: &mut Ui, settings: &mut TurnSettings, can_turn: bool, running: bool) -> Option<Ask> {
     let mut ask = None;
-    ui.menu_button("Export", |ui| {
+    menu(ui, "Export", |ui| {
         ui.set_min_width(230.0);
         if ui.button("Screenshot (PNG)").on_hover_text("What is shown, without handles").clicked() {
             ask = Some(Ask::Screenshot);
@@ -118,7 +133,6 @@ pub fn save(ui: &mut Ui, settings: &mut TurnSettings, can_turn: bool, running: b
             });
         });
     })
-    .response
     .on_hover_text("Pictures of what is shown");
     if running && ui.button("Cancel export").clicked() {
         ask = Some(Ask::CancelExport);
@@ -128,7 +142,7 @@ pub fn save(ui: &mut Ui, settings: &mut TurnSettings, can_turn: bool, running: b
 
 /// How a solid is baked onto a mesh.
 pub fn baking(ui: &mut Ui, baking: &mut Baking) {
-    ui.add(Slider::new(&mut baking.resolution, 16..=1024).logarithmic(true).text("Voxels"))
+    slider(ui, Slider::new(&mut baking.resolution, 16..=1024).logarithmic(true).text("Voxels"))
         .on_hover_text("Voxels along the mesh's longest side: more make the structures finer on the mesh");
     egui::ComboBox::from_id_salt("finest")
         .selected_text(format!("{} px", baking.finest))

@@ -115,6 +115,12 @@ impl Translucent {
         self.scene.as_ref().map(|(_, scene)| scene)
     }
 
+    /// Gives up what is on its way.
+    pub fn rest(&mut self) {
+        self.scenes.rest();
+        self.pictures.rest();
+    }
+
     /// Whether a finer picture is on its way.
     pub fn is_running(&self) -> bool {
         self.scenes.is_running() || self.pictures.is_running()

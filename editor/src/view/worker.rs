@@ -159,9 +159,16 @@ impl<K: PartialEq, T: Send + 'static> Worker<K, T> {
 
     /// The results that came since the last call, of the latest request alone.
     pub fn poll(&mut self) -> Vec<T> {
+        self.poll_up_to(usize::MAX)
+    }
+
+    /// As [`Worker::poll`], at most so many; the rest waits for the next call.
+    pub fn poll_up_to(&mut self, most: usize) -> Vec<T> {
         let latest = self.shared.latest.load(Ordering::Relaxed);
         let mut results = Vec::new();
-        while let Ok((number, message)) = self.receiver.try_recv() {
+        while results.len() < most
+            && let Ok((number, message)) = self.receiver.try_recv()
+        {
             match message {
                 _ if number != latest => {}
                 Message::Result(result) => results.push(result),
@@ -181,6 +188,13 @@ impl<K: PartialEq, T: Send + 'static> Worker<K, T> {
         self.error = None;
         self.shared.latest.fetch_add(1, Ordering::Relaxed);
         self.shared.put(Slot::Nothing);
+    }
+
+    /// Gives the request up if it still runs: what nobody sees need not be found.
+    pub fn rest(&mut self) {
+        if self.running {
+            self.cancel();
+        }
     }
 
     /// Whether the latest request still runs.
