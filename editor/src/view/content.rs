@@ -173,11 +173,17 @@ impl Remembered {
         };
         if let Some(held) = &mut self.held {
             held.stale = subject.stale;
-            held.label.clone_from(&subject.label);
-            let same_place = place(&held.value) == place(&subject.value)
-                && held.value.type_name() == subject.value.type_name()
-                && held.value.byte_size() == subject.value.byte_size();
-            if same_place {
+            let same = match (place(&held.value), place(&subject.value)) {
+                (Some(a), Some(b)) => a == b,
+                (None, None) => {
+                    held.value.type_name() == subject.value.type_name()
+                        && held.value.byte_size() == subject.value.byte_size()
+                        && held.label == subject.label
+                }
+                _ => false,
+            };
+            if same {
+                held.label.clone_from(&subject.label);
                 return;
             }
             // A result that came out as before keeps what was made for it.
@@ -187,6 +193,7 @@ impl Remembered {
                 && held.value.digest() == subject.value.digest()
             {
                 held.value = subject.value.clone();
+                held.label.clone_from(&subject.label);
                 return;
             }
         }

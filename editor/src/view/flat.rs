@@ -64,17 +64,13 @@ impl Flat {
         super::toolbar::map_choice(ui, &names, &mut self.map);
         let channels = content.images().iter().find(|(name, _)| *name == self.map).map(|(_, i)| i.channels());
         if let Some(channels) = channels.filter(|&n| n > 1) {
-            egui::ComboBox::from_id_salt("channel")
-                .selected_text(self.channel.name(channels))
-                .width(70.0)
-                .show_ui(ui, |ui| {
-                    let all = std::iter::once(Channel::Color).chain((0..channels).map(Channel::One));
-                    for channel in all {
-                        ui.selectable_value(&mut self.channel, channel, channel.name(channels));
-                    }
-                })
-                .response
-                .on_hover_text("Channel");
+            super::toolbar::choice(ui, "Channel", self.channel.name(channels), 70.0, |ui| {
+                let all = std::iter::once(Channel::Color).chain((0..channels).map(Channel::One));
+                for channel in all {
+                    ui.selectable_value(&mut self.channel, channel, channel.name(channels));
+                }
+            })
+            .on_hover_text("All channels as a colour, or one in grey");
         }
         if let Content::Body(body) = content {
             self.slicing.controls(ui, body);

@@ -76,33 +76,45 @@ impl Objects {
             }
             Show::Translucent => {
                 self.edge_control(ui);
-                toolbar::slider(
-                    ui,
-                    Slider::new(&mut self.opacity, 0.002..=1.0).logarithmic(true).text("Opacity"),
-                )
-                .on_hover_text("How much a voxel hides of what lies behind it");
+                toolbar::slider(ui, "Opacity", Slider::new(&mut self.opacity, 0.002..=1.0).logarithmic(true))
+                    .on_hover_text("How much a voxel hides of what lies behind it");
             }
-            _ => self.edge_control(ui),
+            Show::Cube => {
+                self.edge_control(ui);
+                toolbar::places(
+                    ui,
+                    "Corner",
+                    "Where the cut's corner lies along each axis",
+                    &mut self.cube.corner,
+                );
+            }
+            Show::Planes => {
+                self.edge_control(ui);
+                toolbar::places(ui, "Places", "Where each plane lies along its axis", &mut self.planes.at);
+            }
+            Show::Particles | Show::Slice => self.edge_control(ui),
         }
     }
 
     fn edge_control(&mut self, ui: &mut Ui) {
-        toolbar::slider(ui, Slider::new(&mut self.edge, 16..=512).logarithmic(true).text("Box"))
+        toolbar::slider(ui, "Box", Slider::new(&mut self.edge, 16..=512).logarithmic(true))
             .on_hover_text("Voxels along the edge of the box that is shown, at most");
     }
 
     fn cut_controls(&mut self, ui: &mut Ui) {
         ui.toggle_value(&mut self.cut.on, "Cut").on_hover_text("Cut the object open by a plane");
         if self.cut.on {
-            toolbar::slider(ui, Slider::new(&mut self.cut.depth, -1.0..=1.0).text("Depth"))
+            toolbar::slider(ui, "Depth", Slider::new(&mut self.cut.depth, -1.0..=1.0))
                 .on_hover_text("Where the plane lies along its normal");
             toolbar::slider(
                 ui,
-                Slider::new(&mut self.cut.turn, -180.0..=180.0).suffix("°").step_by(1.0).text("Turn"),
+                "Turn",
+                Slider::new(&mut self.cut.turn, -180.0..=180.0).suffix("°").step_by(1.0),
             );
             toolbar::slider(
                 ui,
-                Slider::new(&mut self.cut.tilt, -90.0..=90.0).suffix("°").step_by(1.0).text("Tilt"),
+                "Tilt",
+                Slider::new(&mut self.cut.tilt, -90.0..=90.0).suffix("°").step_by(1.0),
             );
             if ui.button("Other side").on_hover_text("Keep what was cut off").clicked() {
                 self.cut.flipped = !self.cut.flipped;

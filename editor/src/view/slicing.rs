@@ -109,22 +109,24 @@ impl Slicing {
         }
         let (low, high) = self.reach(body);
         self.position = self.position.clamp(low, high);
-        toolbar::slider(ui, egui::Slider::new(&mut self.position, low..=high).step_by(1.0).text("Position"))
+        toolbar::slider(ui, "Position", egui::Slider::new(&mut self.position, low..=high).step_by(1.0))
             .on_hover_text("Which layer of voxels; Shift and the wheel move it too");
         if self.across == Across::Oblique {
             toolbar::slider(
                 ui,
-                egui::Slider::new(&mut self.turn, -180.0..=180.0).step_by(1.0).suffix("°").text("Turn"),
+                "Turn",
+                egui::Slider::new(&mut self.turn, -180.0..=180.0).step_by(1.0).suffix("°"),
             )
             .on_hover_text("From z towards x");
             toolbar::slider(
                 ui,
-                egui::Slider::new(&mut self.tilt, -90.0..=90.0).step_by(1.0).suffix("°").text("Tilt"),
+                "Tilt",
+                egui::Slider::new(&mut self.tilt, -90.0..=90.0).step_by(1.0).suffix("°"),
             )
             .on_hover_text("Towards y");
         }
         if body.bounds.is_none() {
-            toolbar::slider(ui, egui::Slider::new(&mut self.edge, 32..=2048).logarithmic(true).text("Size"))
+            toolbar::slider(ui, "Size", egui::Slider::new(&mut self.edge, 32..=2048).logarithmic(true))
                 .on_hover_text("Pixels along a side; the solid has no end");
         }
     }

@@ -75,7 +75,7 @@ impl Default for Look {
 
 /// The first view: of boxes their faces across x, y and z, of meshes what the renderings of the presets show.
 fn home(is_mesh: bool) -> Orbit {
-    if is_mesh { Orbit { azimuth: 145.0, ..Orbit::default() } } else { Orbit::default() }
+    if is_mesh { Orbit { azimuth: 145.0, distance: 3.3, ..Orbit::default() } } else { Orbit::default() }
 }
 
 /// What is to be drawn, without the way it is looked at.
@@ -280,7 +280,7 @@ impl Drop for Stage {
 
 /// Squares of two greys, which stand for nothing.
 pub fn checkerboard(ui: &Ui, rect: Rect) {
-    const SIDE: f32 = 12.0;
+    const SIDE: f32 = 16.0;
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 0.0, egui::Color32::from_gray(96));
     let (columns, rows) = ((rect.width() / SIDE).ceil() as u32, (rect.height() / SIDE).ceil() as u32);

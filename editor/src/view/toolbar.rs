@@ -50,12 +50,36 @@ pub enum Ask {
 }
 
 /// Adds a slider to a row that wraps. A slider does not know its width before it is there, so it would not wrap by itself.
-pub fn slider(ui: &mut Ui, slider: Slider<'_>) -> egui::Response {
-    let width = ui.spacing().slider_width + 110.0;
+pub fn slider(ui: &mut Ui, name: &str, slider: Slider<'_>) -> egui::Response {
+    let width = ui.spacing().slider_width + 120.0;
     if ui.available_size_before_wrap().x < width {
         ui.end_row();
     }
-    ui.add(slider)
+    let label = ui.label(name);
+    ui.add(slider).labelled_by(label.id)
+}
+
+/// A choice with its name before it.
+pub fn choice(
+    ui: &mut Ui,
+    name: &str,
+    selected: &str,
+    width: f32,
+    contents: impl FnOnce(&mut Ui),
+) -> egui::Response {
+    let label = ui.label(name);
+    let shown = egui::ComboBox::from_id_salt(name).selected_text(selected).width(width).show_ui(ui, contents);
+    shown.response.labelled_by(label.id)
+}
+
+/// Three sliders from 0 to 1 in a menu, one an axis.
+pub fn places(ui: &mut Ui, name: &str, tip: &str, at: &mut [f64; 3]) {
+    menu(ui, name, |ui| {
+        for (axis, at) in ["x", "y", "z"].into_iter().zip(at) {
+            ui.add(Slider::new(at, 0.0..=1.0).text(format!("{name} {axis}")));
+        }
+    })
+    .on_hover_text(tip);
 }
 
 /// A menu that stays open while its sliders are dragged.
@@ -71,16 +95,13 @@ pub fn map_choice(ui: &mut Ui, names: &[&str], chosen: &mut String) {
         *chosen = (*first).to_owned();
     }
     if names.len() > 1 {
-        egui::ComboBox::from_id_salt("map")
-            .selected_text(chosen.as_str())
-            .width(90.0)
-            .show_ui(ui, |ui| {
-                for name in names {
-                    ui.selectable_value(chosen, (*name).to_owned(), *name);
-                }
-            })
-            .response
-            .on_hover_text("Which map is shown");
+        let selected = chosen.clone();
+        choice(ui, "Map", &selected, 90.0, |ui| {
+            for name in names {
+                ui.selectable_value(chosen, (*name).to_owned(), *name);
+            }
+        })
+        .on_hover_text("Which map is shown");
     }
 }
 
@@ -142,16 +163,13 @@ pub fn save(ui: &mut Ui, settings: &mut TurnSettings, can_turn: bool, running: b
 
 /// How a solid is baked onto a mesh.
 pub fn baking(ui: &mut Ui, baking: &mut Baking) {
-    slider(ui, Slider::new(&mut baking.resolution, 16..=1024).logarithmic(true).text("Voxels"))
+    slider(ui, "Voxels", Slider::new(&mut baking.resolution, 16..=1024).logarithmic(true))
         .on_hover_text("Voxels along the mesh's longest side: more make the structures finer on the mesh");
-    egui::ComboBox::from_id_salt("finest")
-        .selected_text(format!("{} px", baking.finest))
-        .width(72.0)
-        .show_ui(ui, |ui| {
-            for size in [128, 256, 512, 1024, 2048] {
-                ui.selectable_value(&mut baking.finest, size, format!("{size} px"));
-            }
-        })
-        .response
-        .on_hover_text("Edge of the texture that the surface ends at");
+    let selected = format!("{} px", baking.finest);
+    choice(ui, "Texture", &selected, 72.0, |ui| {
+        for size in [128, 256, 512, 1024, 2048] {
+            ui.selectable_value(&mut baking.finest, size, format!("{size} px"));
+        }
+    })
+    .on_hover_text("Edge of the texture that the surface ends at");
 }
