@@ -10,7 +10,7 @@ use std::sync::Arc;
 use breccia_editor::view::{Scene, Show, Subject, ViewAction, Viewport};
 use breccia_engine::{CancelToken, Document, Engine, FileSource, Graph, Value};
 use breccia_nodes::data::{Curves, Image, Map, Mesh, Plot, Report, Samples, Series, SolidValue, Volume};
-use breccia_nodes::solid::CheckerSolid;
+use breccia_nodes::solid::{CheckerSolid, ConstantSolid};
 use breccia_shaders::{GpuSettings, testing};
 use eframe::egui;
 use eframe::egui_wgpu::RendererOptions;
@@ -150,12 +150,89 @@ fn a_cut_shows_the_inside() {
     look(&mut window, "cut_at_once");
     settle(&mut window);
     let cut = look(&mut window, "cut");
-    let differing = whole.pixels().zip(cut.pixels()).filter(|(a, b)| a != b).count();
-    assert!(differing > 5_000, "{differing} pixels differ");
+    assert!(differing(&whole, &cut) > 5_000, "{}", differing(&whole, &cut));
     window.get_by_label("Other side").click();
     settle(&mut window);
     let other = look(&mut window, "cut_other");
-    assert!(cut.pixels().zip(other.pixels()).filter(|(a, b)| a != b).count() > 5_000);
+    assert!(differing(&cut, &other) > 5_000);
+}
+
+/// Drags from the middle of what has a name.
+fn drag(window: &mut Window, name: &str, by: egui::Vec2) {
+    let from = window.get_by_label(name).rect().center();
+    window.hover_at(from);
+    window.run_steps(2);
+    window.drag_at(from);
+    window.run_steps(1);
+    for step in 1..=4 {
+        window.hover_at(from + by * (step as f32 / 4.0));
+        window.run_steps(1);
+    }
+    window.drop_at(from + by);
+    window.run_steps(1);
+}
+
+fn differing(a: &image::RgbaImage, b: &image::RgbaImage) -> usize {
+    a.pixels().zip(b.pixels()).filter(|(a, b)| a != b).count()
+}
+
+#[test]
+fn dragging_turns_the_object_and_reset_turns_it_back() {
+    let Some(mut window) = window(spot(), None, None) else { return };
+    settle(&mut window);
+    let before = window.render().unwrap();
+    let object = "Object: drag to turn, Shift and drag to move, wheel to zoom, arrow keys turn";
+    drag(&mut window, object, egui::vec2(120.0, 30.0));
+    let turned = look(&mut window, "turned");
+    assert!(differing(&before, &turned) > 10_000);
+    window.key_press(egui::Key::ArrowLeft);
+    window.run_steps(2);
+    assert!(differing(&turned, &window.render().unwrap()) > 5_000);
+    window.get_by_label("Reset view").click();
+    window.run_steps(2);
+    // The pointer and the button that has it look otherwise than at first.
+    let reset = window.render().unwrap();
+    assert!(differing(&before, &reset) < 3_000, "{}", differing(&before, &reset));
+}
+
+#[test]
+fn handles_move_the_cut_and_the_corner() {
+    let Some(mut window) = window(solid(), Some(spot()), None) else { return };
+    window.get_by_label("Cut").click();
+    settle(&mut window);
+    let before = window.render().unwrap();
+    drag(&mut window, "Move the cut", egui::vec2(40.0, 0.0));
+    look(&mut window, "cut_dragged");
+    settle(&mut window);
+    let after = look(&mut window, "cut_moved");
+    assert!(differing(&before, &after) > 5_000, "{}", differing(&before, &after));
+    window.get_by_label("Cube").click();
+    settle(&mut window);
+    let before = window.render().unwrap();
+    drag(&mut window, "Move the cut along y", egui::vec2(0.0, 60.0));
+    settle(&mut window);
+    let after = look(&mut window, "cube_dragged");
+    assert!(differing(&before, &after) > 5_000, "{}", differing(&before, &after));
+}
+
+#[test]
+fn a_new_solid_replaces_the_old_one_on_the_mesh() {
+    let plain = |color| Value::new(SolidValue(Arc::new(ConstantSolid { color })));
+    let Some(mut window) = window(plain([200, 40, 40]), Some(spot()), None) else { return };
+    settle(&mut window);
+    let red =
+        |picture: &image::RgbaImage| picture.pixels().filter(|p| p.0[0] > p.0[2].saturating_add(40)).count();
+    let blue =
+        |picture: &image::RgbaImage| picture.pixels().filter(|p| p.0[2] > p.0[0].saturating_add(40)).count();
+    let before = window.render().unwrap();
+    assert!(red(&before) > 10_000, "{}", red(&before));
+    window.state_mut().main = subject("node.main", plain([40, 40, 200]));
+    // Until there is something of the new one, the old one stays.
+    window.step();
+    assert!(red(&window.render().unwrap()) + blue(&window.render().unwrap()) > 10_000);
+    settle(&mut window);
+    let after = window.render().unwrap();
+    assert!(blue(&after) > 10_000 && red(&after) < 1_000, "{} {}", blue(&after), red(&after));
 }
 
 #[test]

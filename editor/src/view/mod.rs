@@ -1,6 +1,6 @@
 //! The viewport: any result as a picture, or as an object that can be turned and cut open.
 //!
-//! Nothing here computes while the window waits: each kind of view has workers ([`worker`]) and shows what has come so far.
+//! Nothing here computes while the window waits: each kind of view has workers (`worker`) and shows what has come so far.
 
 mod camera;
 mod content;
