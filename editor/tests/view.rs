@@ -9,7 +9,9 @@ use std::sync::Arc;
 
 use breccia_editor::view::{Scene, Show, Subject, ViewAction, Viewport};
 use breccia_engine::{CancelToken, Document, Engine, FileSource, Graph, Value};
-use breccia_nodes::data::{Curves, Image, Map, Mesh, Plot, Report, Samples, Series, SolidValue, Volume};
+use breccia_nodes::data::{
+    Curves, Image, Map, Mesh, Plot, Report, Samples, Series, SolidValue, Volume, VoxelSet,
+};
 use breccia_nodes::solid::{CheckerSolid, ConstantSolid};
 use breccia_shaders::{GpuSettings, testing};
 use eframe::egui;
@@ -132,6 +134,15 @@ fn every_way_to_show_a_solid_shows_something() {
         ("Planes", "planes"),
         ("Translucent", "translucent"),
     ] {
+        window.get_by_label(button).click();
+        settle(&mut window);
+        let picture = look(&mut window, name);
+        assert!(colors(&picture) > 3, "{name}: {} colours", colors(&picture));
+    }
+    // A narrow place in a light window.
+    window.set_size(egui::vec2(460.0, 520.0));
+    window.ctx.set_theme(egui::Theme::Light);
+    for (button, name) in [("Slice", "narrow_slice"), ("On mesh", "narrow_mesh")] {
         window.get_by_label(button).click();
         settle(&mut window);
         let picture = look(&mut window, name);
@@ -285,6 +296,11 @@ fn a_mesh_of_its_own_and_a_volume_of_labels_are_shown() {
     window.get_by_label("Particles").click();
     settle(&mut window);
     assert!(colors(&look(&mut window, "particles")) > 3);
+    let set: VoxelSet =
+        (0..4000).map(|i| [i % 20, i / 400, (i / 20) % 20]).filter(|v| v[0] != v[1]).collect();
+    window.state_mut().main = subject("node.voxels", Value::new(set));
+    settle(&mut window);
+    assert!(colors(&look(&mut window, "voxel_set")) > 3);
 }
 
 #[test]

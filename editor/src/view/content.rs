@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use breccia_engine::{Data, Value};
-use breccia_nodes::data::{Curves, Extent, Image, Mesh, Report, Solid, SolidValue, Volume};
+use breccia_nodes::data::{Curves, Extent, Image, Mesh, Report, Solid, SolidValue, Volume, VoxelSet};
 use breccia_nodes::exemplar::Exemplar;
 use breccia_nodes::solid::{Repeat, VolumeSolid};
 
 use super::Subject;
+use super::voxels::SetSolid;
 
 /// A solid, and where it is looked at.
 #[derive(Clone)]
@@ -16,8 +17,10 @@ pub struct Body {
     pub solid: Arc<dyn Solid>,
     /// The first voxel and the size of the box that it fills; of a solid without an end, none.
     pub bounds: Option<([i32; 3], [u32; 3])>,
-    /// Names of its maps, and whether there are labels.
+    /// Names of its maps.
     pub maps: Vec<String>,
+    /// Whether it stands for a set of voxels, of which only those in it are of interest.
+    pub is_set: bool,
 }
 
 impl Body {
@@ -29,12 +32,21 @@ impl Body {
             Extent::Periodic(period) => period.iter().all(|&n| n >= 16).then_some(([0; 3], period)),
             Extent::Bounded(origin, size) => Some((origin, size)),
         });
-        Self { solid, bounds, maps }
+        Self { solid, bounds, maps, is_set: false }
     }
 
     /// Whether particles or regions are labelled.
     pub fn has_labels(&self) -> bool {
         self.maps.iter().any(|name| name == "label")
+    }
+
+    /// What is left out of the box that is shown, in words; nothing if it is whole.
+    pub fn left_out(&self, edge: u32) -> String {
+        let Some((_, [x, y, z])) = self.bounds else { return String::new() };
+        if [x, y, z].iter().all(|&n| n <= edge) {
+            return String::new();
+        }
+        format!("the middle of {x} × {y} × {z} voxels: Box shows more")
     }
 
     /// The box that is shown: its own up to `edge` voxels a side.
@@ -89,6 +101,12 @@ impl Content {
         if let Some(curves) = value.downcast::<Curves>() {
             return Self::Curves(curves);
         }
+        if let Some(set) = value.downcast::<VoxelSet>() {
+            return match SetSolid::new(set) {
+                Some(solid) => Self::Body(Body { is_set: true, ..Body::new(Arc::new(solid), None) }),
+                None => Self::Words("an empty set of voxels".to_owned()),
+            };
+        }
         match value.downcast::<Exemplar>() {
             Some(exemplar) => of_exemplar(&exemplar),
             None => Self::Words(value.summary()),
@@ -142,6 +160,7 @@ fn place(value: &Value) -> Option<usize> {
         .or_else(|| at::<Report>(value))
         .or_else(|| at::<Curves>(value))
         .or_else(|| at::<Exemplar>(value))
+        .or_else(|| at::<VoxelSet>(value))
 }
 
 /// Values up to this size are compared by content when they come anew.

@@ -28,6 +28,7 @@ mod testing;
 mod toolbar;
 mod translucent;
 mod vector;
+mod voxels;
 mod worker;
 
 use std::sync::Arc;
@@ -146,7 +147,11 @@ impl Viewport {
             Content::Mesh(_) => Show::Mesh,
             Content::Body(body) => {
                 let has_mesh = self.mesh.content().and_then(Content::mesh).is_some();
-                let first = if has_mesh { Show::Mesh } else { Show::Cube };
+                let first = match (body.is_set, has_mesh) {
+                    (true, _) => Show::Particles,
+                    (_, true) => Show::Mesh,
+                    _ => Show::Cube,
+                };
                 match self.show.unwrap_or(first) {
                     Show::Mesh if !has_mesh => Show::Cube,
                     Show::Particles if !body.has_labels() => Show::Translucent,

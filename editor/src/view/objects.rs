@@ -168,6 +168,9 @@ impl Objects {
             (Show::Planes, Some(body)) => self.planes.handles(ui, rect, stage, body.shown(self.edge)),
             _ => {}
         }
+        if let Some(body) = body.filter(|_| show != Show::Mesh) {
+            marks::note(ui, rect, &body.left_out(self.edge));
+        }
         self.marks(ui, rect, body.is_some());
         props
     }
