@@ -116,6 +116,8 @@ impl Viewport {
         self.mesh.update(scene.mesh);
         self.exemplar.update(scene.exemplar);
         let Some(content) = self.main.content().cloned() else {
+            self.objects.rest_but(None);
+            self.flat.rest();
             marks::empty(ui, "Nothing to look at yet: pick a node, or run the graph.");
             return Vec::new();
         };
@@ -208,9 +210,10 @@ impl Viewport {
         ask: Option<Ask>,
     ) -> Vec<ViewAction> {
         let mut actions = self.export.update(ui.ctx(), &self.stage);
+        let drawn = matches!(content, Content::Images(_) | Content::Body(_) | Content::Mesh(_));
         let flat = show == Show::Slice;
-        self.objects.rest_but((!flat).then_some(show));
-        if !flat {
+        self.objects.rest_but((drawn && !flat).then_some(show));
+        if !(drawn && flat) {
             self.flat.rest();
         }
         match content {

@@ -1,6 +1,6 @@
 //! A mesh with its own textures, or with a solid baked onto it coarse to fine.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use breccia_nodes::control::Control;
 use breccia_nodes::data::{Mesh, Solid};
@@ -53,15 +53,20 @@ impl Wanted {
 
 enum Made {
     /// Triangles, with whether they are laid out for baking.
-    Shape(Geometry, Placement, Option<Arc<Mesh>>),
+    Shape(Geometry, Placement, bool),
     Texture(Pixels),
 }
+
+/// The mesh of a version laid out for baking. Laying it out cannot be cancelled and may take long, so a request that was superseded
+/// meanwhile leaves it for the next.
+type Laid = Arc<Mutex<Option<(u64, Arc<Mesh>)>>>;
 
 /// The surface that is shown.
 pub struct OnMesh {
     worker: Worker<Key, Made>,
-    /// The version of the mesh that `shape` shows, and the mesh laid out for baking.
-    laid: Option<(u64, Option<Arc<Mesh>>)>,
+    laid: Laid,
+    /// The version of the mesh that `shape` shows, and whether it is laid out for baking.
+    shown: Option<(u64, bool)>,
     shape: Option<Shape>,
     /// How the mesh lies in the ball.
     pub placement: Placement,
@@ -78,7 +83,8 @@ impl OnMesh {
     pub fn new(gpu: Option<&Arc<Gpu>>) -> Self {
         Self {
             worker: Worker::new("surface", gpu.cloned()),
-            laid: None,
+            laid: Laid::default(),
+            shown: None,
             shape: None,
             placement: Placement { center: [0.0; 3], scale: 1.0 },
             material: [None, None],
@@ -90,24 +96,23 @@ impl OnMesh {
 
     /// Asks for what is to be shown, unless it is known or on its way; takes in what has come.
     pub fn update(&mut self, ctx: &egui::Context, renderer: &Renderer, wanted: &Wanted) {
-        let laid = self.laid.as_ref().filter(|(version, _)| *version == wanted.mesh.0);
-        let laid = laid.and_then(|(_, mesh)| mesh.clone());
-        let work = wanted.clone();
-        if self.worker.want(ctx, wanted.key(), move |job| make(&work, laid, job))
-            && self.laid.as_ref().is_none_or(|(version, _)| *version != wanted.mesh.0)
+        let (work, laid) = (wanted.clone(), Arc::clone(&self.laid));
+        let is_laid = self.shown == Some((wanted.mesh.0, true));
+        if self.worker.want(ctx, wanted.key(), move |job| make(&work, &laid, is_laid, job))
+            && self.shown.is_none_or(|(version, _)| version != wanted.mesh.0)
         {
             // Another mesh: nothing of the last one is good for it.
-            self.laid = None;
+            self.shown = None;
             self.shape = None;
             self.material = [None, None];
             self.finest = None;
         }
         for made in self.worker.poll() {
             match made {
-                Made::Shape(geometry, placement, mesh) => {
+                Made::Shape(geometry, placement, laid) => {
                     self.placement = placement;
                     self.shape = Shape::new(renderer.device(), &geometry);
-                    self.laid = Some((wanted.mesh.0, mesh));
+                    self.shown = Some((wanted.mesh.0, laid));
                 }
                 Made::Texture(pixels) => {
                     // Begun again after a rest, the first passes are coarser than what is there.
@@ -167,7 +172,7 @@ impl OnMesh {
     }
 }
 
-fn make(wanted: &Wanted, laid: Option<Arc<Mesh>>, job: &Job<Made>) -> Result<(), String> {
+fn make(wanted: &Wanted, laid: &Laid, is_laid: bool, job: &Job<Made>) -> Result<(), String> {
     let mesh = &wanted.mesh.1;
     let placement = Placement::of_mesh(mesh);
     match &wanted.solid {
@@ -175,7 +180,10 @@ fn make(wanted: &Wanted, laid: Option<Arc<Mesh>>, job: &Job<Made>) -> Result<(),
             own(mesh, placement, &wanted.map, job);
             Ok(())
         }
-        Some((_, solid, baking)) => bake(mesh, laid, &**solid, *baking, &wanted.map, job),
+        Some((_, solid, baking)) => {
+            let mesh = lay_out(wanted.mesh.0, mesh, laid, is_laid, job)?;
+            bake_passes(&mesh, &**solid, *baking, &wanted.map, job, |pixels| job.send(Made::Texture(pixels)))
+        }
     }
 }
 
@@ -188,31 +196,35 @@ fn own(mesh: &Mesh, placement: Placement, map: &str, job: &Job<Made>) {
         None => Pixels::flat([255; 3]),
     };
     job.send(Made::Texture(pixels));
-    job.send(Made::Shape(of_mesh(mesh, placement, color), placement, None));
+    job.send(Made::Shape(of_mesh(mesh, placement, color), placement, false));
 }
 
-fn bake(
-    mesh: &Arc<Mesh>,
-    laid: Option<Arc<Mesh>>,
-    solid: &dyn Solid,
-    baking: Baking,
-    map: &str,
+/// The mesh laid out for baking; it is shown in grey meanwhile.
+fn lay_out(
+    version: u64,
+    mesh: &Mesh,
+    laid: &Laid,
+    is_shown: bool,
     job: &Job<Made>,
-) -> Result<(), String> {
+) -> Result<Arc<Mesh>, String> {
     let placement = Placement::of_mesh(mesh);
-    let laid = match laid {
-        Some(laid) => laid,
-        None => {
-            let bare = Mesh { textures: Vec::new(), ..Mesh::clone(mesh) };
-            job.send(Made::Shape(of_mesh(&bare, placement, Some(WHITE)), placement, None));
-            let settings = UnwrapSettings { texture_size: 1024, ..UnwrapSettings::default() };
-            let laid = ensure_uvs(&bare, settings).map_err(|error| error.to_string())?;
-            let laid = Arc::new(laid);
-            job.send(Made::Shape(of_mesh(&laid, placement, Some(WHITE)), placement, Some(Arc::clone(&laid))));
-            laid
+    let show = |mesh: &Mesh, laid| {
+        if !is_shown {
+            job.send(Made::Shape(of_mesh(mesh, placement, Some(WHITE)), placement, laid));
         }
     };
-    bake_passes(&laid, solid, baking, map, job, |pixels| job.send(Made::Texture(pixels)))
+    let found = laid.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    if let Some((_, mesh)) = found.filter(|(of, _)| *of == version) {
+        show(&mesh, true);
+        return Ok(mesh);
+    }
+    let bare = Mesh { textures: Vec::new(), ..Mesh::clone(mesh) };
+    show(&bare, false);
+    let settings = UnwrapSettings { texture_size: 1024, ..UnwrapSettings::default() };
+    let made = Arc::new(ensure_uvs(&bare, settings).map_err(|error| error.to_string())?);
+    *laid.lock().unwrap_or_else(PoisonError::into_inner) = Some((version, Arc::clone(&made)));
+    show(&made, true);
+    Ok(made)
 }
 
 /// Bakes coarse to fine; every finished pass is handed over.
