@@ -1,6 +1,6 @@
 //! Colours and shapes: one of each for every socket type, one colour for every family of nodes.
 
-use eframe::egui::{Color32, Painter, Pos2, Shape, Stroke, Visuals, pos2, vec2};
+use eframe::egui::{Color32, Context, Painter, Pos2, Shape, Stroke, Theme, Visuals, pos2, vec2};
 
 /// The shape of a socket, so that colour is never the only sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,4 +152,11 @@ pub fn curve(from: Pos2, to: Pos2, t: f32) -> Pos2 {
     let s = 1.0 - t;
     let mix = |p: f32, q: f32, r: f32, u: f32| s * s * s * p + 3.0 * s * s * t * q + 3.0 * s * t * t * r + t * t * t * u;
     pos2(mix(from.x, a.x, b.x, to.x), mix(from.y, a.y, b.y, to.y))
+}
+
+/// Sets up both themes: text that is less important must still be readable.
+pub fn install(ctx: &Context) {
+    for (theme, weak) in [(Theme::Dark, Color32::from_gray(160)), (Theme::Light, Color32::from_gray(90))] {
+        ctx.style_mut_of(theme, |style| style.visuals.weak_text_color = Some(weak));
+    }
 }

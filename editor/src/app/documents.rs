@@ -52,7 +52,7 @@ impl App {
         self.open.gallery = false;
         self.dragging = false;
         self.canvas.release();
-        self.canvas.fit(Default::default());
+        self.canvas.arrive();
         self.recheck();
         self.due = true;
     }

@@ -32,7 +32,7 @@ impl App {
             self.trail.0.pop();
             self.selection = Default::default();
         }
-        let wanted = (self.project.revision(), self.trail.clone());
+        let wanted = (self.project.content(), self.trail.clone());
         if self.shapes_for.as_ref() == Some(&wanted) {
             return;
         }
@@ -56,7 +56,7 @@ impl App {
             named.map(crate::run::general).filter(|node| node.starts_with(&prefix)).collect()
         };
         self.settle();
-        self.shapes_for = Some((self.project.revision(), self.trail.clone()));
+        self.shapes_for = Some(wanted);
     }
 
     /// Gives places to nodes that have none: of a document that was written by hand.
@@ -98,7 +98,7 @@ impl App {
             Some(address) => {
                 self.trail.0.push(Crumb { node: node.to_owned(), address });
                 self.selection = Default::default();
-                self.canvas.fit(Default::default());
+                self.canvas.arrive();
                 self.canvas.release();
                 self.refresh();
                 if let Some(file) = self.foreign() {
@@ -114,7 +114,7 @@ impl App {
         if let Some(left) = self.trail.0.get(remaining).map(|crumb| crumb.node.clone()) {
             self.trail.0.truncate(remaining);
             self.selection = crate::action::Selection::node(left);
-            self.canvas.fit(Default::default());
+            self.canvas.arrive();
             self.canvas.release();
         }
     }

@@ -132,6 +132,7 @@ impl App {
         settings: Settings,
         picker: Box<dyn Picker>,
     ) -> Result<Self, StartError> {
+        crate::theme::install(ctx);
         let registry = Arc::new(breccia_nodes::registry());
         let files = Arc::new(Sources::default());
         let gpu = render.map(|render| start::share(render, &settings));
@@ -153,7 +154,7 @@ impl App {
         let library = crate::files::Library::new(settings.state.clone());
         let memory = memory::Memory::new(settings.state.clone());
         Ok(Self {
-            viewport: render.map(|render| Viewport::new(render.clone(), gpu)),
+            viewport: render.map(|render| Viewport::new(render.clone(), gpu.filter(|gpu| start::is_fast(gpu)))),
             open: Open { inspector: true, viewport: true, ..Open::default() },
             live: true,
             registry,

@@ -109,7 +109,7 @@ impl App {
             });
         }
         if self.open.viewport && self.viewport.is_some() {
-            let panel = Panel::right("viewport").resizable(true).default_size((width * 0.36).max(260.0)).size_range(180.0..=(width * 0.7).max(181.0));
+            let panel = Panel::right("viewport").resizable(true).default_size(430.0).size_range(180.0..=(width * 0.7).max(181.0));
             panel.frame(egui::Frame::NONE).show(ui, |ui| self.look(ui, actions));
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {
@@ -356,8 +356,14 @@ impl App {
         let at = self.address();
         let editable = self.foreign().is_none();
         let Some(level) = self.level() else { return };
-        let included = crate::model::State { document: (*self.checked.included).clone(), layouts: Default::default() };
-        let state = if editable { self.project.state() } else { &included };
+        // A group that stands in a file is in the included document only.
+        let included;
+        let state = if editable {
+            self.project.state()
+        } else {
+            included = crate::model::State { document: (*self.checked.included).clone(), layouts: Default::default() };
+            &included
+        };
         let frame = self.selection.frames.first().filter(|_| self.selection.nodes.is_empty() || self.selection.frames.len() == 1);
         if let Some((id, frame)) = frame.and_then(|id| Some((*id, self.project.state().layout(&at)?.frames.get(id)?))) {
             let mut title = frame.title.clone();
@@ -392,9 +398,9 @@ impl App {
 
     /// The viewport.
     fn look(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
-        let [mesh, exemplar, solid] = self.companions().map(|output| output.and_then(|output| self.results.get(&output)));
+        let [mesh, exemplar] = self.companions().map(|output| output.and_then(|output| self.results.get(&output)));
         let main = self.watched.as_ref().and_then(|output| self.results.get(output));
-        let scene = Scene { main, mesh, exemplar, solid };
+        let scene = Scene { main, mesh, exemplar };
         let Some(viewport) = &mut self.viewport else { return };
         let asked = viewport.ui(ui, &scene);
         for action in asked {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use breccia_engine::EngineError;
-use breccia_nodes::device::{Gpu, GpuSettings};
+use breccia_nodes::device::{AdapterKind, Gpu, GpuSettings};
 use eframe::egui_wgpu::RenderState;
 
 /// How the application runs.
@@ -51,6 +51,11 @@ pub(super) fn share(render: &RenderState, settings: &Settings) -> Arc<Gpu> {
         ..GpuSettings::default()
     };
     Arc::new(Gpu::from_window(&render.adapter, render.device.clone(), render.queue.clone(), settings))
+}
+
+/// Whether a device computes faster than the processor; adapters in software do not.
+pub(super) fn is_fast(gpu: &Gpu) -> bool {
+    gpu.report().kind != AdapterKind::Software
 }
 
 /// Threads that compute give way to the one that draws.

@@ -77,10 +77,10 @@ impl App {
         found
     }
 
-    /// What goes with what is looked at: a mesh, an exemplar and a solid.
-    pub(super) fn companions(&self) -> [Option<String>; 3] {
+    /// What goes with what is looked at: a mesh that it can be shown on, a picture to compare it with.
+    pub(super) fn companions(&self) -> [Option<String>; 2] {
         let Some(watched) = self.watched.as_ref().and_then(|output| output.rsplit_once('.')) else {
-            return [None, None, None];
+            return [None, None];
         };
         let document: &Document = &self.checked.included;
         let near = self.upstream(own(watched.0));
@@ -101,8 +101,7 @@ impl App {
         };
         let named = document.interface.inputs.get("exemplar").map(|input| vec![input.node.clone()]);
         let exemplar = named.and_then(|node| reader(&node, "image")).or_else(|| reader(&near, "image"));
-        let solid = near.iter().skip(1).find_map(|node| output(node, "solid").filter(|(_, o)| self.can_run(o)).map(|(_, o)| o));
-        [reader(&all, "mesh"), exemplar, solid]
+        [reader(&all, "mesh"), exemplar]
     }
 }
 

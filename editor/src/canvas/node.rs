@@ -11,7 +11,7 @@ use crate::run::{NodeStatus, Phase};
 use crate::theme::{self, Palette};
 
 /// Zoom below which sockets have no names.
-pub const NAMES: f32 = 0.5;
+pub const NAMES: f32 = 0.45;
 /// Zoom below which nodes are plain boxes.
 pub const TEXT: f32 = 0.28;
 

@@ -56,7 +56,7 @@ pub struct Canvas {
     /// What a drag has left over from whole points.
     rest: Vec2,
     /// What shall be brought into view with the next frame.
-    fit: Option<BTreeSet<String>>,
+    fit: Option<(BTreeSet<String>, bool)>,
     /// Where the pointer was last, in points of the canvas.
     pointer: Pos2,
     /// The rectangle of the screen that it was drawn into.
@@ -76,7 +76,7 @@ impl Default for Canvas {
             zoom: 1.0,
             gesture: Gesture::None,
             rest: Vec2::ZERO,
-            fit: Some(BTreeSet::new()),
+            fit: Some((BTreeSet::new(), true)),
             pointer: Pos2::ZERO,
             rect: Rect::ZERO,
             map: true,
@@ -89,7 +89,13 @@ impl Default for Canvas {
 impl Canvas {
     /// Brings nodes into view, or all if there are none.
     pub fn fit(&mut self, nodes: BTreeSet<String>) {
-        self.fit = Some(nodes);
+        self.fit = Some((nodes, false));
+    }
+
+    /// Brings a graph into view that was not looked at before: all of it, or what the viewport shows if all would be too small
+    /// to read.
+    pub fn arrive(&mut self) {
+        self.fit = Some((BTreeSet::new(), true));
     }
 
     /// Lets go of whatever is being dragged.
@@ -140,10 +146,16 @@ impl Canvas {
     /// Draws the canvas into all of `ui`; returns what the user asks for.
     pub fn ui(&mut self, ui: &mut Ui, sight: &Sight<'_>) -> Vec<Action> {
         let mut actions = Vec::new();
-        self.rect = ui.available_rect_before_wrap();
+        let before = std::mem::replace(&mut self.rect, ui.available_rect_before_wrap());
         self.geometry = Geometry::new(sight.layout, sight.shapes);
-        if let Some(nodes) = self.fit.take() {
-            self.look_at(&nodes);
+        // Panels find their sizes in the first frames: what was asked for then is done when the rectangle stands still.
+        if let Some((nodes, first)) = self.fit.clone() {
+            self.look_at(&nodes, first, sight.watched);
+            if before == self.rect {
+                self.fit = None;
+            } else {
+                ui.ctx().request_repaint();
+            }
         }
         let back = ui.interact(self.rect, Id::new("canvas"), Sense::click_and_drag());
         back.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, "Canvas"));
@@ -172,12 +184,24 @@ impl Canvas {
         actions
     }
 
-    fn look_at(&mut self, nodes: &BTreeSet<String>) {
+    fn look_at(&mut self, nodes: &BTreeSet<String>, first: bool, watched: Option<&str>) {
         let Some(bounds) = self.geometry.bounds(nodes) else { return };
-        let bounds = bounds.expand(40.0);
+        let bounds = bounds.expand(30.0);
         let size = self.rect.size();
-        self.zoom = (size.x / bounds.width()).min(size.y / bounds.height()).clamp(0.08, 1.0);
-        self.pan = size / 2.0 - bounds.center().to_vec2() * self.zoom;
+        let fits = (size.x / bounds.width()).min(size.y / bounds.height());
+        self.zoom = fits.clamp(if first { NAMES } else { 0.08 }, 1.0);
+        let watched = watched.and_then(|output| output.rsplit_once('.')).map(|(node, _)| node.to_owned());
+        let near = watched.and_then(|node| self.geometry.nodes.get(&node)).filter(|_| first && fits < NAMES);
+        let mut middle = near.map_or(bounds.center(), |node| node.center());
+        // No more empty space than needs be.
+        let half = size / self.zoom / 2.0;
+        for (at, low, high, half) in [
+            (&mut middle.x, bounds.left(), bounds.right(), half.x),
+            (&mut middle.y, bounds.top(), bounds.bottom(), half.y),
+        ] {
+            *at = if high - low <= 2.0 * half { (low + high) / 2.0 } else { at.clamp(low + half, high - half) };
+        }
+        self.pan = size / 2.0 - middle.to_vec2() * self.zoom;
     }
 
     /// Wheel zooms, middle button and space pan, two fingers pan with shift.

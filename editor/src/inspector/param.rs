@@ -1,7 +1,7 @@
 //! One parameter: name, widget, reset, and how the graph offers it.
 
 use breccia_engine::ParamValue;
-use eframe::egui::{Button, RichText, Ui, WidgetInfo, WidgetType};
+use eframe::egui::{Button, RichText, Stroke, Ui, WidgetInfo, WidgetType};
 
 use super::widget;
 use crate::action::Action;
@@ -69,11 +69,11 @@ impl Row<'_> {
 
     fn exposing(&self, ui: &mut Ui, label: &str, actions: &mut Vec<Action>) {
         let (node, param) = (self.node.to_owned(), self.param.name.clone());
-        let (sign, hint) = match self.exposure {
-            Some(exposure) => ("◉", format!("Offered on the graph as `{}`", exposure.name())),
-            None => ("○", "Offer on the graph, or link to a parameter that is offered".to_owned()),
+        let hint = match self.exposure {
+            Some(exposure) => format!("Offered on the graph as `{}`", exposure.name()),
+            None => "Offer on the graph, or link to a parameter that is offered".to_owned(),
         };
-        let menu = ui.menu_button(RichText::new(sign).small(), |ui| {
+        let menu = ui.menu_button(RichText::new("   ").small(), |ui| {
             if self.exposure.is_some() {
                 if ui.button("Take back from the graph").clicked() {
                     actions.push(Action::Unexpose { node: node.clone(), param: param.clone() });
@@ -91,6 +91,11 @@ impl Row<'_> {
             }
         });
         menu.response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Exposing {label}")));
+        let (at, color) = (menu.response.rect.center(), ui.style().interact(&menu.response).text_color());
+        ui.painter().circle_stroke(at, 4.0, Stroke::new(1.2, color));
+        if self.exposure.is_some() {
+            ui.painter().circle_filled(at, 2.2, color);
+        }
         menu.response.on_hover_text(hint);
     }
 }

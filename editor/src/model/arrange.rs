@@ -9,7 +9,7 @@ use super::level::Address;
 use super::state::State;
 
 /// From one column to the next.
-const COLUMN: i32 = 250;
+const COLUMN: i32 = 226;
 /// Between nodes of a column.
 const GAP: i32 = 28;
 /// How often columns are sorted by where their neighbours lie.
@@ -54,7 +54,7 @@ pub fn arrange(state: &mut State, at: &Address, nodes: &BTreeSet<String>, size: 
             y = y.saturating_add(size(node)[1] + GAP);
         }
         let widest = column.iter().map(|node| size(node)[0]).max().unwrap_or(0);
-        x = x.saturating_add(COLUMN.max(widest + 60));
+        x = x.saturating_add(COLUMN.max(widest + 42));
     }
 }
 

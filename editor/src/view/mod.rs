@@ -66,8 +66,6 @@ pub struct Scene<'a> {
     pub mesh: Option<&'a Subject>,
     /// The picture that results are compared with.
     pub exemplar: Option<&'a Subject>,
-    /// The solid that a mesh was made from: what is inside when the mesh is cut open.
-    pub solid: Option<&'a Subject>,
 }
 
 /// What the viewport asks of the application.

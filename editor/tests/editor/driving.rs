@@ -4,7 +4,7 @@ use breccia_editor::action::{Action, Pin};
 use breccia_editor::command::Command;
 use breccia_editor::model::text_of;
 use eframe::egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT as _, Queryable};
 
 use super::window::{Desk, has_adapter, open};
 
@@ -94,9 +94,11 @@ fn every_control_has_a_name() {
         while let Some(node) = open.pop() {
             let about = node.accesskit_node();
             let name = about.label().or_else(|| about.value());
-            let is_control = about.is_clickable() || about.is_focusable();
+            let role = format!("{:?}", about.role());
+            let controls = ["Button", "CheckBox", "ComboBox", "ColorWell", "Link", "RadioButton", "Slider", "SpinButton", "TextInput"];
+            let is_control = controls.contains(&role.as_str());
             if is_control && name.is_none_or(|name| name.trim().is_empty()) && !about.is_disabled() {
-                nameless.push(format!("{:?} at {:?}", about.role(), about.bounding_box()));
+                nameless.push(format!("{role} at {:?}", about.bounding_box()));
             }
             open.extend(node.children());
         }
