@@ -19,6 +19,9 @@ use crate::model::{Layout, Refusal, Shape, compatible};
 use crate::run::Board;
 use crate::theme::{self, Palette};
 
+/// Smallest zoom at which a graph is shown at first.
+const READABLE: f32 = 0.62;
+
 /// What the canvas shows.
 pub struct Sight<'a> {
     /// Known node types.
@@ -189,9 +192,9 @@ impl Canvas {
         let bounds = bounds.expand(30.0);
         let size = self.rect.size();
         let fits = (size.x / bounds.width()).min(size.y / bounds.height());
-        self.zoom = fits.clamp(if first { NAMES } else { 0.08 }, 1.0);
+        self.zoom = fits.clamp(if first { READABLE } else { 0.08 }, 1.0);
         let watched = watched.and_then(|output| output.rsplit_once('.')).map(|(node, _)| node.to_owned());
-        let near = watched.and_then(|node| self.geometry.nodes.get(&node)).filter(|_| first && fits < NAMES);
+        let near = watched.and_then(|node| self.geometry.nodes.get(&node)).filter(|_| first && fits < READABLE);
         let mut middle = near.map_or(bounds.center(), |node| node.center());
         // No more empty space than needs be.
         let half = size / self.zoom / 2.0;

@@ -1,11 +1,12 @@
 //! Ten thousand things that nobody would do.
 
 use std::collections::BTreeSet;
+use std::sync::OnceLock;
 
 use breccia_editor::action::{Action, Joint, Kind, Pin, Selection};
 use breccia_editor::command::Command;
 use breccia_editor::model::{Address, Alignment, State, text_of};
-use breccia_engine::{Document, Group, Link, NodeEntry, ParamKind, ParamValue};
+use breccia_engine::{Document, Group, Link, NodeEntry, ParamKind, ParamValue, Registry};
 use eframe::egui::{self, Key, Modifiers, PointerButton, pos2};
 
 use super::window::{Desk, open};
@@ -34,6 +35,12 @@ impl Dice {
     }
 }
 
+/// The node types.
+fn registry() -> &'static Registry {
+    static REGISTRY: OnceLock<Registry> = OnceLock::new();
+    REGISTRY.get_or_init(breccia_nodes::registry)
+}
+
 /// The nodes that are looked at.
 fn nodes(desk: &mut Desk) -> Vec<(String, NodeEntry)> {
     let at = desk.app().trail().address();
@@ -41,13 +48,11 @@ fn nodes(desk: &mut Desk) -> Vec<(String, NodeEntry)> {
     level.map_or(Vec::new(), |level| level.nodes.iter().map(|(n, e)| (n.clone(), e.clone())).collect())
 }
 
-fn pin(dice: &mut Dice, desk: &mut Desk, nodes: &[(String, NodeEntry)]) -> Option<Pin> {
+fn pin(dice: &mut Dice, nodes: &[(String, NodeEntry)]) -> Option<Pin> {
     let (node, entry) = dice.one(nodes)?;
-    let registry = breccia_nodes::registry();
-    let ty = registry.node(&entry.ty)?;
+    let ty = registry().node(&entry.ty)?;
     let output = dice.below(2) == 0;
     let sockets: Vec<String> = if output { &ty.spec.outputs } else { &ty.spec.inputs }.iter().map(|s| s.name.to_owned()).collect();
-    let _ = desk;
     Some(Pin { node: node.clone(), socket: dice.one(&sockets)?.clone(), output })
 }
 
@@ -79,13 +84,13 @@ fn action(dice: &mut Dice, desk: &mut Desk, types: &[String]) -> Option<Action> 
         0..=2 => {
             let kind = Kind::Type(dice.one(types)?.clone());
             let joint = match dice.below(4) {
-                0 => pin(dice, desk, &nodes).map(Joint::Pin),
+                0 => pin(dice, &nodes).map(Joint::Pin),
                 1 => dice.one(&links).cloned().map(Joint::Link),
                 _ => None,
             };
             Action::Add { kind, at: dice.place(), joint }
         }
-        3..=5 => Action::Connect(pin(dice, desk, &nodes)?, pin(dice, desk, &nodes)?),
+        3..=5 => Action::Connect(pin(dice, &nodes)?, pin(dice, &nodes)?),
         6 => Action::Disconnect(vec![dice.one(&links)?.clone()]),
         7 | 8 => Action::Select(Selection { nodes: some(dice), links: dice.one(&links).into_iter().cloned().collect(), frames: [dice.below(4) as u32].into() }),
         9 => Action::Move(dice.place()),
@@ -93,8 +98,7 @@ fn action(dice: &mut Dice, desk: &mut Desk, types: &[String]) -> Option<Action> 
         11 => Action::Bend(dice.one(&links)?.clone(), (0..dice.below(3)).map(|_| dice.place()).collect()),
         12 | 13 => {
             let (node, entry) = dice.one(&nodes)?.clone();
-            let registry = breccia_nodes::registry();
-            let params = &registry.node(&entry.ty)?.spec.params;
+            let params = &registry().node(&entry.ty)?.spec.params;
             let param = dice.one(params)?;
             let value = value(dice, &param.kind);
             let value = (dice.below(5) > 0).then_some(value);
@@ -102,8 +106,7 @@ fn action(dice: &mut Dice, desk: &mut Desk, types: &[String]) -> Option<Action> 
         }
         14 => {
             let (node, entry) = dice.one(&nodes)?.clone();
-            let registry = breccia_nodes::registry();
-            let param = dice.one(&registry.node(&entry.ty)?.spec.params)?.name.to_owned();
+            let param = dice.one(&registry().node(&entry.ty)?.spec.params)?.name.to_owned();
             match dice.below(3) {
                 0 => Action::Expose { node, param },
                 1 => Action::Unexpose { node, param },
@@ -114,7 +117,7 @@ fn action(dice: &mut Dice, desk: &mut Desk, types: &[String]) -> Option<Action> 
             }
         }
         15 => Action::Rename(dice.one(&names)?.clone(), ["a", "b c", "", "bake", "ä", "x.y"][dice.below(6)].to_owned()),
-        16 => Action::Output(pin(dice, desk, &nodes)?),
+        16 => Action::Output(pin(dice, &nodes)?),
         17 => Action::Align([Alignment::Left, Alignment::Right, Alignment::Top, Alignment::Bottom][dice.below(4)]),
         18 => Action::SizeFrame(dice.below(4) as u32, dice.place()),
         19 => if dice.below(2) == 0 { Action::Enter(dice.one(&names)?.clone()) } else { Action::Leave(dice.below(3)) },
@@ -215,8 +218,10 @@ fn ten_thousand_random_actions_break_nothing_and_are_undone_byte_for_byte() {
     desk.app().act(Action::Command(Command::Stop), &ctx);
     desk.frames(2);
     let first = text_of(desk.app().project().state());
-    let types: Vec<String> = breccia_nodes::registry().nodes().map(|ty| ty.spec.id.to_owned()).collect();
-    let mut dice = Dice(0x00b2_ecc1_a000_0001);
+    let types: Vec<String> = registry().nodes().map(|ty| ty.spec.id.to_owned()).collect();
+    // Another seed does other things.
+    let seed = std::env::var("BRECCIA_MONKEY_SEED").ok().and_then(|seed| seed.parse().ok());
+    let mut dice = Dice(seed.unwrap_or(1));
     let mut done = 0;
     while done < ACTIONS {
         if dice.below(8) == 0 {
