@@ -38,8 +38,12 @@ fn subject(label: &str, value: Value) -> Option<Subject> {
 fn window(main: Value, mesh: Option<Value>, exemplar: Option<Value>) -> Option<Window> {
     testing::gpu(GpuSettings::default())?;
     let render = create_render_state(default_wgpu_setup(), RendererOptions::PREDICTABLE);
+    let mut viewport = Viewport::new(render.clone(), None);
+    if !pictures() {
+        viewport.set_detail(128, 32);
+    }
     let state = State {
-        viewport: Viewport::new(render.clone(), None),
+        viewport,
         main: subject("node.main", main),
         mesh: mesh.and_then(|mesh| subject("node.mesh", mesh)),
         exemplar: exemplar.and_then(|image| subject("node.exemplar", image)),
@@ -337,6 +341,13 @@ fn errors_of_workers_are_told() {
 fn a_screenshot_is_a_picture_of_the_object() {
     let Some(mut window) = window(spot(), None, None) else { return };
     settle(&mut window);
+    window.get_by_label("Light").click();
+    window.run_steps(2);
+    window.get_by_label("Gradient").click();
+    window.run_steps(2);
+    look(&mut window, "light_menu");
+    window.key_press(egui::Key::Escape);
+    window.run_steps(2);
     window.get_by_label("Export").click();
     window.run_steps(2);
     look(&mut window, "export_menu");
