@@ -36,9 +36,9 @@ fn subject(label: &str, value: Value) -> Option<Subject> {
 
 /// A window with a viewport alone; `None` where there is no adapter.
 fn window(main: Value, mesh: Option<Value>, exemplar: Option<Value>) -> Option<Window> {
-    testing::gpu(GpuSettings::default())?;
+    let gpu = testing::gpu(GpuSettings::default())?;
     let render = create_render_state(default_wgpu_setup(), RendererOptions::PREDICTABLE);
-    let mut viewport = Viewport::new(render.clone(), None);
+    let mut viewport = Viewport::new(render.clone(), Some(Arc::new(gpu)));
     if !pictures() {
         viewport.set_detail(128, 32);
     }
