@@ -36,10 +36,14 @@ fn subject(label: &str, value: Value) -> Option<Subject> {
 
 /// A window with a viewport alone; `None` where there is no adapter.
 fn window(main: Value, mesh: Option<Value>, exemplar: Option<Value>) -> Option<Window> {
-    testing::gpu(GpuSettings::default())?;
+    let gpu = testing::gpu(GpuSettings::default())?;
     let render = create_render_state(default_wgpu_setup(), RendererOptions::PREDICTABLE);
+    let mut viewport = Viewport::new(render.clone(), Some(Arc::new(gpu)));
+    if !pictures() {
+        viewport.set_detail(128, 32);
+    }
     let state = State {
-        viewport: Viewport::new(render.clone(), None),
+        viewport,
         main: subject("node.main", main),
         mesh: mesh.and_then(|mesh| subject("node.mesh", mesh)),
         exemplar: exemplar.and_then(|image| subject("node.exemplar", image)),
@@ -304,6 +308,40 @@ fn a_mesh_of_its_own_and_a_volume_of_labels_are_shown() {
 }
 
 #[test]
+fn thin_volumes_and_odd_pictures_do_no_harm() {
+    let color = |count: usize| Map {
+        name: "color".to_owned(),
+        channels: 3,
+        samples: Samples::U8((0..3 * count).map(|i| (i * 37) as u8).collect()),
+    };
+    let volume = |size: [usize; 3]| {
+        let maps = vec![color(size.iter().product())];
+        Value::new(Volume { size, origin: [-2, 7, i32::MAX - 40], spacing: [1.0; 3], maps })
+    };
+    let Some(mut window) = window(volume([5, 4, 1]), None, None) else { return };
+    for size in [[5, 4, 1], [1, 1, 1], [1, 30, 2]] {
+        window.state_mut().main = subject("node.volume", volume(size));
+        for show in [Show::Slice, Show::Cube, Show::Planes, Show::Translucent, Show::Particles, Show::Mesh] {
+            window.state_mut().viewport.show_as(show);
+            settle(&mut window);
+        }
+    }
+    for samples in [Samples::F32(vec![f32::NAN, f32::INFINITY, -1.0]), Samples::U32(vec![u32::MAX, 0, 7])] {
+        let image = Image::new(3, 1, 1, samples).unwrap();
+        window.state_mut().main = subject("node.image", Value::new(image));
+        settle(&mut window);
+    }
+    let words = Value::new(Volume { size: [0; 3], origin: [0; 3], spacing: [1.0; 3], maps: Vec::new() });
+    window.state_mut().main = subject("node.empty", words);
+    window.state_mut().mesh = subject("node.mesh", Value::new(Mesh::default()));
+    settle(&mut window);
+    window.state_mut().main = subject("node.solid", solid());
+    window.state_mut().viewport.show_as(Show::Mesh);
+    settle(&mut window);
+    window.get_by_label_contains("no triangles");
+}
+
+#[test]
 fn numbers_curves_and_words_are_shown() {
     let mut report = Report::new("Quality");
     report.row("Largest particle", 41.5, "voxels");
@@ -337,6 +375,13 @@ fn errors_of_workers_are_told() {
 fn a_screenshot_is_a_picture_of_the_object() {
     let Some(mut window) = window(spot(), None, None) else { return };
     settle(&mut window);
+    window.get_by_label("Light").click();
+    window.run_steps(2);
+    window.get_by_label("Gradient").click();
+    window.run_steps(2);
+    look(&mut window, "light_menu");
+    window.key_press(egui::Key::Escape);
+    window.run_steps(2);
     window.get_by_label("Export").click();
     window.run_steps(2);
     look(&mut window, "export_menu");

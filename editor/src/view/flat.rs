@@ -120,7 +120,7 @@ impl Flat {
                 let map = if body.maps.contains(&self.map) { self.map.clone() } else { "color".to_owned() };
                 match self.slicing.plane(body) {
                     Ok(plane) => {
-                        let key = (version, map.clone(), Channel::Color, Some(self.slicing));
+                        let key = (version, map.clone(), Channel::Color, Some(self.slicing.settled()));
                         let solid = Arc::clone(&body.solid);
                         self.main.want(ctx, key, plane.1, move |pieces| sample(&solid, &map, plane, pieces));
                     }

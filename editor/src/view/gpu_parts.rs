@@ -156,6 +156,13 @@ impl Material {
     }
 }
 
+impl Material {
+    /// Whether it hides what lies behind.
+    pub fn is_opaque(&self) -> bool {
+        self.finish.opacity >= 1.0
+    }
+}
+
 /// Lines in the device's memory.
 pub(super) fn line_buffer(device: &wgpu::Device, lines: &[Vertex]) -> wgpu::Buffer {
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor {

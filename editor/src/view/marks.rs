@@ -8,7 +8,7 @@ fn mark(ui: &Ui, at: egui::Pos2, align: Align2, text: &str, color: Color32, id: 
     let rect = align.anchor_size(at, galley.size() + egui::vec2(14.0, 6.0));
     ui.painter().rect_filled(rect, 8.0, Color32::from_black_alpha(170));
     ui.painter().galley(rect.min + egui::vec2(7.0, 3.0), galley, color);
-    let response = ui.interact(rect, ui.id().with(id), egui::Sense::hover());
+    let response = ui.interact(rect, ui.id().with(("mark", id)), egui::Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(WidgetType::Label, true, text));
     rect
 }
@@ -22,7 +22,7 @@ pub fn working(ui: &Ui, rect: Rect, what: &str, progress: f32) {
     };
     let at = rect.right_top() + egui::vec2(-30.0, 8.0);
     let color = Color32::from_rgb(255, 214, 120);
-    let shown = mark(ui, at, Align2::RIGHT_TOP, &text, color, "working");
+    let shown = mark(ui, at, Align2::RIGHT_TOP, &text, color, what);
     let wheel =
         Rect::from_center_size(egui::pos2(rect.right() - 18.0, shown.center().y), egui::Vec2::splat(14.0));
     egui::Spinner::new().color(color).paint_at(ui, wheel);
@@ -51,7 +51,7 @@ pub fn error(ui: &mut Ui, rect: Rect, text: &str) {
     let place = Align2::CENTER_BOTTOM.anchor_size(rect.center_bottom() - egui::vec2(0.0, 40.0), size);
     ui.painter().rect_filled(place, 6.0, Color32::from_rgba_unmultiplied(40, 10, 10, 235));
     ui.painter().galley(place.min + egui::vec2(10.0, 7.0), galley, color);
-    let response = ui.interact(place, ui.id().with("error"), egui::Sense::hover());
+    let response = ui.interact(place, ui.id().with(("error", text)), egui::Sense::hover());
     response.widget_info(|| WidgetInfo::labeled(WidgetType::Label, true, text));
 }
 

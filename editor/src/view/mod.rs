@@ -130,12 +130,19 @@ impl Viewport {
         if rect.width() < 8.0 || rect.height() < 8.0 {
             return Vec::new();
         }
-        ui.push_id("view", |ui| self.body(ui, rect, &content, show, ask)).inner
+        let actions = ui.push_id("view", |ui| self.body(ui, rect, &content, show, ask)).inner;
+        ui.expand_to_include_rect(rect);
+        actions
     }
 
     /// Shows solids in another way from now on.
     pub fn show_as(&mut self, show: Show) {
         self.show = Some(show);
+    }
+
+    /// How fine things are shown from now on: texels a side of the texture of a surface, voxels along the edge of a box.
+    pub fn set_detail(&mut self, texture: u32, edge: u32) {
+        self.objects.set_detail(texture, edge);
     }
 
     /// Whether work goes on behind what is shown.

@@ -54,6 +54,12 @@ impl Objects {
         }
     }
 
+    /// See [`super::Viewport::set_detail`].
+    pub fn set_detail(&mut self, texture: u32, edge: u32) {
+        self.baking.finest = texture.clamp(128, 2048);
+        self.edge = edge.clamp(16, 512);
+    }
+
     /// The widgets for what is shown.
     pub fn controls(&mut self, ui: &mut Ui, content: &Content, show: Show) {
         let names: Vec<&str> = match content {

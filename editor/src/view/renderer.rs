@@ -175,7 +175,7 @@ impl Renderer {
             for (pipeline, wanted) in [(&self.solid, true), (&self.glass, false)] {
                 pass.set_pipeline(pipeline);
                 for (shape, material) in
-                    frame.parts.iter().filter(|(_, material)| (material.finish.opacity >= 1.0) == wanted)
+                    frame.parts.iter().filter(|(_, material)| material.is_opaque() == wanted)
                 {
                     pass.set_bind_group(1, &*material.bind_group, &[]);
                     pass.set_vertex_buffer(0, shape.vertices.slice(..));

@@ -131,6 +131,14 @@ impl Slicing {
         }
     }
 
+    /// The same where it shows the same: between two layers there is none.
+    pub fn settled(&self) -> Self {
+        match self.across {
+            Across::Axis(_) => Self { position: self.position.round(), turn: 0.0, tilt: 0.0, ..*self },
+            Across::Oblique => *self,
+        }
+    }
+
     /// Moves the plane by so many voxels.
     pub fn step(&mut self, by: f64, body: &Body) {
         let (low, high) = self.reach(body);

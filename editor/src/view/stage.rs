@@ -83,7 +83,7 @@ fn home(is_mesh: bool) -> Orbit {
 pub struct Props {
     /// Surfaces.
     pub parts: Vec<(Shape, Material)>,
-    /// Ends of lines; these are for the window alone, pictures that are saved lack them.
+    /// Ends of lines; these and what is not opaque are for the window alone, pictures that are saved lack them.
     pub lines: Vec<Vertex>,
     /// See [`Frame::clip`].
     pub clip: Option<([f32; 3], f32)>,
@@ -263,7 +263,9 @@ impl Stage {
     ) -> Result<([u32; 2], Vec<u8>), String> {
         let target = Target::new(self.renderer.device(), size, self.renderer.samples());
         let [width, height] = target.size().map(|n| n as f32);
-        let props = Props { lines: Vec::new(), ..props.clone() };
+        // Lines and shades help in the window alone.
+        let mut props = Props { lines: Vec::new(), ..props.clone() };
+        props.parts.retain(|(_, material)| material.is_opaque());
         self.renderer.draw(&self.frame(&props, camera, egui::vec2(width, height)), &target);
         let pixels = target.read(self.renderer.device(), self.renderer.queue())?;
         Ok((target.size(), pixels))
