@@ -23,7 +23,9 @@ pub fn default_state() -> Option<PathBuf> {
     let base = match folder("XDG_STATE_HOME").filter(|path| path.is_absolute()) {
         Some(base) => Some(base),
         None if cfg!(windows) => folder("LOCALAPPDATA"),
-        None if cfg!(target_os = "macos") => folder("HOME").map(|home| home.join("Library/Application Support")),
+        None if cfg!(target_os = "macos") => {
+            folder("HOME").map(|home| home.join("Library/Application Support"))
+        }
         None => folder("HOME").map(|home| home.join(".local/state")),
     };
     base.map(|base| base.join("breccia"))

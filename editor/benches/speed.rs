@@ -12,7 +12,9 @@ fn main() {
 fn many(count: usize) -> State {
     let mut document = Document::default();
     for i in 0..count {
-        let ty = ["solid.checker", "solid.to_volume", "solid.from_volume", "solid.to_volume", "solid.from_volume"][i % 5];
+        let ty =
+            ["solid.checker", "solid.to_volume", "solid.from_volume", "solid.to_volume", "solid.from_volume"]
+                [i % 5];
         document.nodes.insert(format!("node_{i:04}"), NodeEntry::new(ty));
         if i % 5 > 0 {
             let socket = if i % 5 % 2 == 1 { "solid" } else { "volume" };
@@ -34,7 +36,9 @@ fn one_step_of_a_drag(bencher: divan::Bencher<'_, '_>, nodes: usize) {
     let mut project = Project::new(many(nodes), None, None);
     let one = ["node_0001".to_owned()].into();
     bencher.bench_local(|| {
-        project.edit("Move", Some("move"), |state| move_by(state, &Address::default(), &one, &Default::default(), [1, 0]));
+        project.edit("Move", Some("move"), |state| {
+            move_by(state, &Address::default(), &one, &Default::default(), [1, 0])
+        });
     });
 }
 

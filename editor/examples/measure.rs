@@ -30,7 +30,8 @@ fn open(graph: Option<&str>, drawn: bool) -> Harness<'static, Window> {
     let settings = Settings { cache: None, state: None, memory: 1 << 30, ..Settings::default() };
     let builder = Harness::builder().with_size([1280.0, 720.0]).with_max_steps(8);
     let builder = if drawn { builder.wgpu_setup(wgpu_options().wgpu_setup) } else { builder };
-    builder.build_eframe(|creation| Window::new(creation, settings, Box::new(Nobody), graph).expect("a window"))
+    builder
+        .build_eframe(|creation| Window::new(creation, settings, Box::new(Nobody), graph).expect("a window"))
 }
 
 fn command(harness: &mut Harness<'_, Window>, command: Command) {
@@ -41,15 +42,24 @@ fn command(harness: &mut Harness<'_, Window>, command: Command) {
 /// Median, 95th percentile and maximum in milliseconds.
 fn told(mut times: Vec<f64>) -> String {
     times.sort_by(f64::total_cmp);
-    let at = |share: f64| times.get(((times.len() as f64 - 1.0) * share) as usize).copied().unwrap_or(0.0) * 1e3;
-    format!("median {:.1} ms, 95 % below {:.1} ms, longest {:.1} ms ({} frames)", at(0.5), at(0.95), at(1.0), times.len())
+    let at =
+        |share: f64| times.get(((times.len() as f64 - 1.0) * share) as usize).copied().unwrap_or(0.0) * 1e3;
+    format!(
+        "median {:.1} ms, 95 % below {:.1} ms, longest {:.1} ms ({} frames)",
+        at(0.5),
+        at(0.95),
+        at(1.0),
+        times.len()
+    )
 }
 
 /// A graph of many nodes: chains that cross.
 fn many(count: usize) -> Document {
     let mut document = Document::default();
     for i in 0..count {
-        let ty = ["solid.checker", "solid.to_volume", "solid.from_volume", "solid.to_volume", "solid.from_volume"][i % 5];
+        let ty =
+            ["solid.checker", "solid.to_volume", "solid.from_volume", "solid.to_volume", "solid.from_volume"]
+                [i % 5];
         document.nodes.insert(format!("node_{i:04}"), NodeEntry::new(ty));
         if i % 5 > 0 {
             let (from, to) = if i % 5 % 2 == 1 { ("solid", "solid") } else { ("volume", "volume") };
@@ -93,9 +103,17 @@ fn frames() {
 fn latency() {
     let mut harness = open(Some("lazy_volume"), true);
     let ctx = harness.ctx.clone();
-    let set = |node: &str, param: &str, value| Action::Set { node: node.into(), param: param.into(), value: Some(value), dragging: false };
+    let set = |node: &str, param: &str, value| Action::Set {
+        node: node.into(),
+        param: param.into(),
+        value: Some(value),
+        dragging: false,
+    };
     harness.state_mut().0.act(set("volume", "size", ParamValue::Int(256)), &ctx);
-    harness.state_mut().0.act(Action::Watch(Pin { node: "volume".into(), socket: "volume".into(), output: true }), &ctx);
+    harness
+        .state_mut()
+        .0
+        .act(Action::Watch(Pin { node: "volume".into(), socket: "volume".into(), output: true }), &ctx);
     let (mut cpu, mut whole) = (Vec::new(), Vec::new());
     let begun = Instant::now();
     let mut i = 0;
@@ -109,7 +127,12 @@ fn latency() {
         whole.push(at.elapsed().as_secs_f64());
         std::thread::sleep(Duration::from_millis(16));
     }
-    println!("while 256³ is synthesised ({:.1} s): input to layout {}; to the finished picture {}", begun.elapsed().as_secs_f64(), told(cpu), told(whole));
+    println!(
+        "while 256³ is synthesised ({:.1} s): input to layout {}; to the finished picture {}",
+        begun.elapsed().as_secs_f64(),
+        told(cpu),
+        told(whole)
+    );
 }
 
 /// Peak and present memory of the process in megabytes.
@@ -124,9 +147,17 @@ fn memory() -> [u64; 2] {
 fn endurance(seconds: u64) {
     let mut harness = open(Some("lazy_volume"), true);
     let ctx = harness.ctx.clone();
-    let set = |node: &str, param: &str, value, dragging| Action::Set { node: node.into(), param: param.into(), value: Some(value), dragging };
+    let set = |node: &str, param: &str, value, dragging| Action::Set {
+        node: node.into(),
+        param: param.into(),
+        value: Some(value),
+        dragging,
+    };
     harness.state_mut().0.act(set("volume", "size", ParamValue::Int(256), false), &ctx);
-    harness.state_mut().0.act(Action::Watch(Pin { node: "volume".into(), socket: "volume".into(), output: true }), &ctx);
+    harness
+        .state_mut()
+        .0
+        .act(Action::Watch(Pin { node: "volume".into(), socket: "volume".into(), output: true }), &ctx);
     let begun = Instant::now();
     let (mut edits, mut next, mut reported) = (0_i64, Instant::now(), 0);
     while begun.elapsed() < Duration::from_secs(seconds) {
@@ -155,7 +186,11 @@ fn endurance(seconds: u64) {
         if minute > reported {
             reported = minute;
             let ([peak, now], (values, bytes)) = (memory(), harness.state().0.memory_usage());
-            println!("{:4} s, {edits} edits: {now} MB now, {peak} MB at most; {values} results of {} MB", begun.elapsed().as_secs(), bytes / 1_000_000);
+            println!(
+                "{:4} s, {edits} edits: {now} MB now, {peak} MB at most; {values} results of {} MB",
+                begun.elapsed().as_secs(),
+                bytes / 1_000_000
+            );
         }
     }
     let [peak, now] = memory();

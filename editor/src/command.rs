@@ -147,7 +147,8 @@ impl Command {
     /// Whether its keys are plain letters that mean something else while text is typed.
     pub fn is_plain(self) -> bool {
         self.shortcut().is_some_and(|shortcut| {
-            shortcut.modifiers == Modifiers::NONE && !matches!(shortcut.logical_key, Key::F1 | Key::F5 | Key::F6 | Key::F9 | Key::F10)
+            shortcut.modifiers == Modifiers::NONE
+                && !matches!(shortcut.logical_key, Key::F1 | Key::F5 | Key::F6 | Key::F9 | Key::F10)
         })
     }
 }

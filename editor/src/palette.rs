@@ -1,7 +1,9 @@
 //! Searching: for a node to add, or for a command. A text field and what fits, best first.
 
 use breccia_engine::{Group, Registry};
-use eframe::egui::{self, Align2, Context, Id, Key, Modifiers, RichText, ScrollArea, TextEdit, WidgetInfo, WidgetType};
+use eframe::egui::{
+    self, Align2, Context, Id, Key, Modifiers, RichText, ScrollArea, TextEdit, WidgetInfo, WidgetType,
+};
 use nucleo_matcher::pattern::{CaseMatching, Normalization, Pattern};
 use nucleo_matcher::{Config, Matcher, Utf32Str};
 
@@ -50,7 +52,11 @@ pub struct Palette {
 }
 
 /// What nodes there are to add: types, groups of the document, groups kept as presets.
-pub fn nodes<'a>(registry: &Registry, groups: impl Iterator<Item = (&'a String, &'a Group)>, presets: &[(String, String)]) -> Vec<Entry> {
+pub fn nodes<'a>(
+    registry: &Registry,
+    groups: impl Iterator<Item = (&'a String, &'a Group)>,
+    presets: &[(String, String)],
+) -> Vec<Entry> {
     let types = registry.nodes().map(|ty| {
         let spec = &ty.spec;
         let sockets = spec.inputs.iter().chain(&spec.outputs).map(|socket| socket.ty);
@@ -98,7 +104,12 @@ fn first_line(docs: &str, otherwise: &str) -> String {
 }
 
 /// Leaves only the nodes that can be joined. `socket` tells what a socket of the graph is.
-pub fn fitting(entries: Vec<Entry>, joint: &Joint, socket: &dyn Fn(&Pin) -> Option<Socket>, shape: &dyn Fn(&Kind) -> Option<Shape>) -> Vec<Entry> {
+pub fn fitting(
+    entries: Vec<Entry>,
+    joint: &Joint,
+    socket: &dyn Fn(&Pin) -> Option<Socket>,
+    shape: &dyn Fn(&Kind) -> Option<Shape>,
+) -> Vec<Entry> {
     let fits = |shape: &Shape| match joint {
         Joint::Pin(pin) => socket(pin).is_some_and(|from| {
             let sockets = if pin.output { &shape.inputs } else { &shape.outputs };
@@ -151,13 +162,20 @@ impl Palette {
         let (up, down, enter, escape) = ctx.input_mut(|i| {
             (
                 i.consume_key(Modifiers::NONE, Key::ArrowUp),
-                i.consume_key(Modifiers::NONE, Key::ArrowDown) || i.consume_key(Modifiers::NONE, Key::Tab) && !self.fresh,
+                i.consume_key(Modifiers::NONE, Key::ArrowDown)
+                    || i.consume_key(Modifiers::NONE, Key::Tab) && !self.fresh,
                 i.consume_key(Modifiers::NONE, Key::Enter),
                 i.consume_key(Modifiers::NONE, Key::Escape),
             )
         });
         if shown > 0 {
-            self.chosen = if up { (self.chosen + shown - 1) % shown } else if down { (self.chosen + 1) % shown } else { self.chosen.min(shown - 1) };
+            self.chosen = if up {
+                (self.chosen + shown - 1) % shown
+            } else if down {
+                (self.chosen + 1) % shown
+            } else {
+                self.chosen.min(shown - 1)
+            };
         }
         let mut picked = enter.then(|| hits.get(self.chosen).copied()).flatten();
         let mut open = !escape;
@@ -170,7 +188,9 @@ impl Palette {
             .open(&mut open)
             .show(ctx, |ui| {
                 ui.set_width(460.0);
-                let field = TextEdit::singleline(&mut self.query).hint_text("Name, family or keyword").desired_width(f32::INFINITY);
+                let field = TextEdit::singleline(&mut self.query)
+                    .hint_text("Name, family or keyword")
+                    .desired_width(f32::INFINITY);
                 let field = ui.add(field.id(Id::new("search text")));
                 field.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Search"));
                 if self.fresh {
@@ -182,19 +202,26 @@ impl Palette {
                 }
                 ui.separator();
                 if hits.is_empty() {
-                    ui.label(if self.entries.is_empty() { "No node fits there." } else { "Nothing is called that." });
+                    ui.label(if self.entries.is_empty() {
+                        "No node fits there."
+                    } else {
+                        "Nothing is called that."
+                    });
                 }
                 ScrollArea::vertical().max_height(380.0).auto_shrink([false, true]).show(ui, |ui| {
                     for (row, &hit) in hits.iter().take(SHOWN).enumerate() {
                         let entry = &self.entries[hit];
                         let response = ui
                             .horizontal(|ui| {
-                                let (rect, _) = ui.allocate_exact_size(egui::vec2(6.0, 18.0), egui::Sense::hover());
+                                let (rect, _) =
+                                    ui.allocate_exact_size(egui::vec2(6.0, 18.0), egui::Sense::hover());
                                 if !entry.category.is_empty() {
                                     ui.painter().rect_filled(rect, 2, theme::category(&entry.category));
                                 }
                                 let response = ui.selectable_label(row == self.chosen, &entry.title);
-                                let weak = ui.add(egui::Label::new(RichText::new(&entry.detail).weak().small()).truncate());
+                                let weak = ui.add(
+                                    egui::Label::new(RichText::new(&entry.detail).weak().small()).truncate(),
+                                );
                                 weak.on_hover_text(&entry.detail);
                                 response
                             })

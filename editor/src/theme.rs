@@ -75,7 +75,9 @@ pub fn mark(painter: &Painter, at: Pos2, radius: f32, mark: Mark, fill: Color32,
     };
     let quarter = std::f32::consts::FRAC_PI_4;
     painter.add(match mark {
-        Mark::Disc => Shape::Vec(vec![Shape::circle_filled(at, radius, fill), Shape::circle_stroke(at, radius, stroke)]),
+        Mark::Disc => {
+            Shape::Vec(vec![Shape::circle_filled(at, radius, fill), Shape::circle_stroke(at, radius, stroke)])
+        }
         Mark::Square => polygon(4, quarter, radius * 1.25),
         Mark::Diamond => polygon(4, 0.0, radius * 1.25),
         Mark::Triangle => polygon(3, 0.0, radius * 1.3),
@@ -150,7 +152,9 @@ pub fn curve(from: Pos2, to: Pos2, t: f32) -> Pos2 {
     let reach = ((to.x - from.x).abs() * 0.5).max(28.0_f32.min((to - from).length())).min(220.0);
     let (a, b) = (from + vec2(reach, 0.0), to - vec2(reach, 0.0));
     let s = 1.0 - t;
-    let mix = |p: f32, q: f32, r: f32, u: f32| s * s * s * p + 3.0 * s * s * t * q + 3.0 * s * t * t * r + t * t * t * u;
+    let mix = |p: f32, q: f32, r: f32, u: f32| {
+        s * s * s * p + 3.0 * s * s * t * q + 3.0 * s * t * t * r + t * t * t * u
+    };
     pos2(mix(from.x, a.x, b.x, to.x), mix(from.y, a.y, b.y, to.y))
 }
 

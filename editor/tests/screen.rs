@@ -34,7 +34,10 @@ impl Screen {
     /// A screen; `None` where the programs for it are not there, which fails where tests must have an adapter.
     fn open() -> Option<Self> {
         if !there("Xvfb") || !there("xdotool") {
-            assert!(std::env::var_os("BRECCIA_REQUIRE_DEVICE").is_none(), "Xvfb or xdotool is missing; scripts/setup installs them");
+            assert!(
+                std::env::var_os("BRECCIA_REQUIRE_DEVICE").is_none(),
+                "Xvfb or xdotool is missing; scripts/setup installs them"
+            );
             return None;
         }
         let mut server = Command::new("Xvfb")
@@ -65,7 +68,11 @@ impl Screen {
     }
 
     fn tool(&self, arguments: &[&str]) -> String {
-        let output = Command::new("xdotool").args(arguments).env("DISPLAY", &self.display).output().expect("xdotool runs");
+        let output = Command::new("xdotool")
+            .args(arguments)
+            .env("DISPLAY", &self.display)
+            .output()
+            .expect("xdotool runs");
         String::from_utf8_lossy(&output.stdout).trim().to_owned()
     }
 
@@ -95,7 +102,9 @@ impl Screen {
 
 fn copies(home: &Path) -> Vec<std::path::PathBuf> {
     let entries = std::fs::read_dir(home.join("state/breccia/recovery"));
-    let paths = entries.map(|entries| entries.flatten().map(|entry| entry.path()).collect::<Vec<_>>()).unwrap_or_default();
+    let paths = entries
+        .map(|entries| entries.flatten().map(|entry| entry.path()).collect::<Vec<_>>())
+        .unwrap_or_default();
     paths.into_iter().filter(|path| path.extension().is_some_and(|e| e == "ron")).collect()
 }
 
@@ -104,7 +113,8 @@ fn a_graph_is_edited_saved_and_recovered_after_a_crash() {
     let Some(screen) = Screen::open() else { return };
     let home = tempfile::tempdir().expect("a folder");
     let graph = home.path().join("plain.ron");
-    let text = r#"(format: "breccia-graph", version: 2, nodes: {"checker": (type: "solid.checker")}, links: [])"#;
+    let text =
+        r#"(format: "breccia-graph", version: 2, nodes: {"checker": (type: "solid.checker")}, links: [])"#;
     std::fs::write(&graph, text).expect("a file");
 
     let mut editor = screen.editor(home.path(), &graph);
@@ -125,7 +135,10 @@ fn a_graph_is_edited_saved_and_recovered_after_a_crash() {
     }
     editor.0.kill().expect("a crash");
     editor.0.wait().expect("its end");
-    let kept = copies(home.path()).iter().map(|path| std::fs::read_to_string(path).expect("a copy")).collect::<String>();
+    let kept = copies(home.path())
+        .iter()
+        .map(|path| std::fs::read_to_string(path).expect("a copy"))
+        .collect::<String>();
     assert!(kept.contains("checker_4"), "what was not saved is kept: {kept}");
     assert_eq!(std::fs::read_to_string(&graph).expect("the file"), saved, "the file is as it was saved");
 

@@ -1,8 +1,8 @@
 //! What a node implements, and what it sees while it runs.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::device::ComputeDevice;
 use crate::estimate::{Sizing, Work};

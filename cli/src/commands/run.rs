@@ -142,7 +142,8 @@ impl Run {
     }
 
     fn engine(&self, registry: &Arc<Registry>) -> Result<Engine, Failure> {
-        let cache = if self.no_cache { None } else { self.cache_dir.clone().or_else(breccia_graphs::default_cache) };
+        let cache =
+            if self.no_cache { None } else { self.cache_dir.clone().or_else(breccia_graphs::default_cache) };
         let device = match self.device {
             DeviceArg::Auto => DeviceChoice::Auto,
             DeviceArg::Cpu => DeviceChoice::Cpu,

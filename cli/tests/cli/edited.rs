@@ -26,7 +26,12 @@ fn a_graph_made_in_the_editor_gives_the_same_bytes_on_the_command_line() {
     let mut app = App::new(&ctx, None, settings, Box::new(Nobody)).unwrap();
     // A preset, changed as a user would: another size, a muted mask, a node more.
     app.open_preset("lazy_volume");
-    let set = |node: &str, param: &str, value| Action::Set { node: node.into(), param: param.into(), value: Some(value), dragging: false };
+    let set = |node: &str, param: &str, value| Action::Set {
+        node: node.into(),
+        param: param.into(),
+        value: Some(value),
+        dragging: false,
+    };
     app.act(set("exemplar", "max_size", ParamValue::Int(32)), &ctx);
     app.act(set("volume", "size", ParamValue::Int(24)), &ctx);
     app.act(set("synthesis", "period", ParamValue::List(vec![ParamValue::Int(24)])), &ctx);
@@ -47,7 +52,8 @@ fn a_graph_made_in_the_editor_gives_the_same_bytes_on_the_command_line() {
     }
     let value = &app.results()["slice.image"].value;
     let registry = breccia_nodes::registry();
-    let exporter = registry.exporters().iter().find(|e| e.ty == "image" && e.extensions.contains(&"png")).unwrap();
+    let exporter =
+        registry.exporters().iter().find(|e| e.ty == "image" && e.extensions.contains(&"png")).unwrap();
     let ours = folder.path().join("editor.png");
     let mut sink = Sink::new(&ours).unwrap();
     (exporter.write)(value, &mut sink).unwrap();

@@ -65,7 +65,9 @@ impl App {
         }
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let read = std::fs::read(&path).map_err(|error| error.to_string());
-        match read.and_then(|bytes| Ok((Document::parse_bytes(&bytes).map_err(|error| error.to_string())?, bytes))) {
+        match read
+            .and_then(|bytes| Ok((Document::parse_bytes(&bytes).map_err(|error| error.to_string())?, bytes)))
+        {
             Ok((document, bytes)) => {
                 self.show(Project::new(State::new(document), Some(path.clone()), None));
                 self.remember(&path, &bytes);
@@ -108,7 +110,9 @@ impl App {
             return;
         };
         let read = std::fs::read(&path).map_err(|error| error.to_string());
-        match read.and_then(|bytes| Ok((Document::parse_bytes(&bytes).map_err(|error| error.to_string())?, bytes))) {
+        match read
+            .and_then(|bytes| Ok((Document::parse_bytes(&bytes).map_err(|error| error.to_string())?, bytes)))
+        {
             Ok((document, bytes)) => {
                 let read = State::new(document);
                 self.project.edit("Reload", None, |state| *state = read);
@@ -176,7 +180,11 @@ impl App {
             self.say("Nothing is looked at that is computed");
             return;
         };
-        let extensions: Vec<String> = exporters(&self.registry, &subject.value).flat_map(|e| e.extensions.iter()).filter(|e| **e != "/").map(|e| (*e).to_owned()).collect();
+        let extensions: Vec<String> = exporters(&self.registry, &subject.value)
+            .flat_map(|e| e.extensions.iter())
+            .filter(|e| **e != "/")
+            .map(|e| (*e).to_owned())
+            .collect();
         if extensions.is_empty() {
             let ty = subject.value.type_name();
             self.say(format!("Values of type {ty} cannot be written to files"));
@@ -194,13 +202,17 @@ impl App {
         let registry = std::sync::Arc::clone(&self.registry);
         let (sender, receiver) = std::sync::mpsc::channel();
         std::thread::spawn(move || {
-            let exporter = exporters(&registry, &value).find(|exporter| exporter.extensions.contains(&extension.as_str()));
+            let exporter = exporters(&registry, &value)
+                .find(|exporter| exporter.extensions.contains(&extension.as_str()));
             let result = match exporter {
                 Some(exporter) => Sink::new(&path).and_then(|mut sink| {
                     (exporter.write)(&value, &mut sink)?;
                     sink.commit()
                 }),
-                None => Err(std::io::Error::other(format!("values of type {} are not written as .{extension}", value.type_name()))),
+                None => Err(std::io::Error::other(format!(
+                    "values of type {} are not written as .{extension}",
+                    value.type_name()
+                ))),
             };
             let said = match result {
                 Ok(_) => format!("Wrote {}", path.display()),
@@ -215,7 +227,9 @@ impl App {
     fn import(&mut self, path: &Path) {
         let read = std::fs::read(path).map_err(|error| error.to_string());
         let into = path.with_extension("");
-        match read.and_then(|bytes| crate::files::bundle::import(&bytes, &into).map_err(|error| error.to_string())) {
+        match read
+            .and_then(|bytes| crate::files::bundle::import(&bytes, &into).map_err(|error| error.to_string()))
+        {
             Ok(graph) => self.open_path(&graph),
             Err(reason) => self.say(format!("{} cannot be unpacked: {reason}", path.display())),
         }
@@ -224,7 +238,8 @@ impl App {
     fn export(&mut self, path: &Path) {
         let document = self.project.state().to_document();
         let folder = self.project.folder().unwrap_or(Path::new("")).to_owned();
-        let packed = crate::files::bundle::export(&document, &folder, &self.registry, &*self.files).map_err(|error| error.to_string());
+        let packed = crate::files::bundle::export(&document, &folder, &self.registry, &*self.files)
+            .map_err(|error| error.to_string());
         match packed.and_then(|bytes| write_whole(path, &bytes).map_err(|error| error.to_string())) {
             Ok(()) => self.say(format!("Packed into {}", path.display())),
             Err(reason) => self.say(format!("The bundle cannot be made: {reason}")),
@@ -282,7 +297,9 @@ impl App {
             }
         }
         let said: Vec<String> = self.writing.iter().filter_map(|receiver| receiver.try_recv().ok()).collect();
-        self.writing.retain(|receiver| !matches!(receiver.try_recv(), Err(std::sync::mpsc::TryRecvError::Disconnected)));
+        self.writing.retain(|receiver| {
+            !matches!(receiver.try_recv(), Err(std::sync::mpsc::TryRecvError::Disconnected))
+        });
         said.into_iter().for_each(|text| self.say(text));
         if !self.picking.is_empty() || !self.writing.is_empty() {
             ctx.request_repaint_after(std::time::Duration::from_millis(100));
@@ -293,7 +310,12 @@ impl App {
     pub(super) fn set_file(&mut self, node: &str, param: &str, path: &Path, ctx: &Context) {
         let text = relative(path, self.project.folder());
         let value = Some(breccia_engine::ParamValue::Text(text));
-        let action = crate::action::Action::Set { node: node.to_owned(), param: param.to_owned(), value, dragging: false };
+        let action = crate::action::Action::Set {
+            node: node.to_owned(),
+            param: param.to_owned(),
+            value,
+            dragging: false,
+        };
         self.perform(action, ctx);
     }
 
@@ -309,7 +331,10 @@ impl App {
     }
 }
 
-fn exporters<'a>(registry: &'a breccia_engine::Registry, value: &Value) -> impl Iterator<Item = &'a Exporter> {
+fn exporters<'a>(
+    registry: &'a breccia_engine::Registry,
+    value: &Value,
+) -> impl Iterator<Item = &'a Exporter> {
     let ty = value.type_name();
     registry.exporters().iter().filter(move |exporter| exporter.ty == ty)
 }

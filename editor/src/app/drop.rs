@@ -47,7 +47,11 @@ impl App {
     /// A reader that is selected takes the file.
     fn onto_selected(&mut self, path: &Path, extension: &str, ctx: &Context) -> bool {
         let Some(node) = self.selection.single().cloned() else { return false };
-        let Some(param) = self.shapes.get(&node).and_then(|shape| shape.params.iter().find(|p| reads(&p.kind, extension))) else { return false };
+        let Some(param) =
+            self.shapes.get(&node).and_then(|shape| shape.params.iter().find(|p| reads(&p.kind, extension)))
+        else {
+            return false;
+        };
         let name = param.name.clone();
         self.set_file(&node, &name, path, ctx);
         true
@@ -64,10 +68,12 @@ impl App {
                 Some(ParamValue::Text(path)) => path.clone(),
                 _ => String::new(),
             };
-            reads(&param.kind, extension).then(|| (name.clone(), input.node.clone(), input.param.clone(), before))
+            reads(&param.kind, extension)
+                .then(|| (name.clone(), input.node.clone(), input.param.clone(), before))
         };
         let readers: Vec<_> = document.interface.inputs.iter().filter_map(reader).collect();
-        let named = ["exemplar", "mesh"].iter().find_map(|wanted| readers.iter().find(|(name, ..)| name == wanted));
+        let named =
+            ["exemplar", "mesh"].iter().find_map(|wanted| readers.iter().find(|(name, ..)| name == wanted));
         let Some((input, node, param, before)) = named.or(readers.first()).cloned() else { return false };
         let text = crate::files::relative(path, self.project.folder());
         let set = set_of(&before).map(str::to_owned);
@@ -84,8 +90,18 @@ impl App {
                 model::set_param(state, &at, node, param, None);
             }
         });
-        let left_out = if orphans.is_empty() { String::new() } else { format!("; left out what belonged to the built-in one: {}", orphans.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ")) };
-        self.say(format!("{} is the {input} now{left_out}", path.file_name().unwrap_or_default().to_string_lossy()));
+        let left_out = if orphans.is_empty() {
+            String::new()
+        } else {
+            format!(
+                "; left out what belonged to the built-in one: {}",
+                orphans.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ")
+            )
+        };
+        self.say(format!(
+            "{} is the {input} now{left_out}",
+            path.file_name().unwrap_or_default().to_string_lossy()
+        ));
         true
     }
 
@@ -122,9 +138,12 @@ fn image(extension: &str) -> bool {
 pub(super) fn hint(ctx: &Context) {
     let hovering = ctx.input(|i| i.raw.hovered_files.len());
     if hovering > 0 {
-        let area = egui::Area::new(egui::Id::new("drop hint")).anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).order(egui::Order::Foreground);
+        let area = egui::Area::new(egui::Id::new("drop hint"))
+            .anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0])
+            .order(egui::Order::Foreground);
         area.show(ctx, |ui| {
-            egui::Frame::popup(ui.style()).show(ui, |ui| ui.heading("Drop a picture, a mesh, a graph or a bundle"));
+            egui::Frame::popup(ui.style())
+                .show(ui, |ui| ui.heading("Drop a picture, a mesh, a graph or a bundle"));
         });
     }
 }

@@ -102,7 +102,9 @@ impl App {
                 self.canvas.release();
                 self.refresh();
                 if let Some(file) = self.foreign() {
-                    self.say(format!("This group stands in the file {file}: it can be looked at, not changed"));
+                    self.say(format!(
+                        "This group stands in the file {file}: it can be looked at, not changed"
+                    ));
                 }
             }
             None => self.say(format!("{node} is no group")),

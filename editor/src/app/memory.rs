@@ -171,7 +171,12 @@ impl App {
             }
             _ if dirty => {
                 let text = text_of(self.project.state());
-                let copy = Snapshot::new(self.project.path.as_deref(), &self.project.name(), SystemTime::now(), text);
+                let copy = Snapshot::new(
+                    self.project.path.as_deref(),
+                    &self.project.name(),
+                    SystemTime::now(),
+                    text,
+                );
                 if let Some(keeper) = &self.memory.keeper {
                     keeper.keep(Some(copy));
                 }

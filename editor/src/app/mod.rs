@@ -154,7 +154,8 @@ impl App {
         let library = crate::files::Library::new(settings.state.clone());
         let memory = memory::Memory::new(settings.state.clone());
         Ok(Self {
-            viewport: render.map(|render| Viewport::new(render.clone(), gpu.filter(|gpu| start::is_fast(gpu)))),
+            viewport: render
+                .map(|render| Viewport::new(render.clone(), gpu.filter(|gpu| start::is_fast(gpu)))),
             open: Open { inspector: true, viewport: true, ..Open::default() },
             live: true,
             registry,

@@ -2,9 +2,12 @@
 
 use std::time::Duration;
 
-use eframe::egui::{self, Align, Button, Context, Key, Layout, Modifiers, Panel, RichText, ScrollArea, TextEdit, Ui, WidgetInfo, WidgetType};
+use eframe::egui::{
+    self, Align, Button, Context, Key, Layout, Modifiers, Panel, RichText, ScrollArea, TextEdit, Ui,
+    WidgetInfo, WidgetType,
+};
 
-use super::{App, After, Question};
+use super::{After, App, Question};
 use crate::action::Action;
 use crate::canvas::Sight;
 use crate::command::Command;
@@ -69,7 +72,14 @@ impl App {
         commands.sort_by_key(|(_, shortcut)| std::cmp::Reverse(u8::from(shortcut.modifiers.shift)));
         for (command, shortcut) in commands {
             let by_event = matches!(command, Command::Copy | Command::Cut | Command::Paste);
-            if by_event || (typing && (command.is_plain() || command == Command::SelectAll || command == Command::Undo || command == Command::Redo || shortcut.modifiers == Modifiers::ALT)) {
+            if by_event
+                || (typing
+                    && (command.is_plain()
+                        || command == Command::SelectAll
+                        || command == Command::Undo
+                        || command == Command::Redo
+                        || shortcut.modifiers == Modifiers::ALT))
+            {
                 continue;
             }
             if ctx.input_mut(|i| i.consume_shortcut(&shortcut)) {
@@ -99,17 +109,26 @@ impl App {
         Panel::bottom("line").show(ui, |ui| self.line(ui, actions));
         self.notices(ui, actions, &ctx);
         if self.open.problems {
-            Panel::bottom("problems").resizable(true).default_size(110.0).show(ui, |ui| self.problems(ui, actions));
+            Panel::bottom("problems")
+                .resizable(true)
+                .default_size(110.0)
+                .show(ui, |ui| self.problems(ui, actions));
         }
         let width = ui.available_width();
         if self.open.inspector {
-            let panel = Panel::right("inspector").resizable(true).default_size(280.0).size_range(200.0..=(width * 0.45).max(201.0));
+            let panel = Panel::right("inspector")
+                .resizable(true)
+                .default_size(280.0)
+                .size_range(200.0..=(width * 0.45).max(201.0));
             panel.show(ui, |ui| {
                 ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.inspect(ui, actions));
             });
         }
         if self.open.viewport && self.viewport.is_some() {
-            let panel = Panel::right("viewport").resizable(true).default_size(430.0).size_range(180.0..=(width * 0.7).max(181.0));
+            let panel = Panel::right("viewport")
+                .resizable(true)
+                .default_size(430.0)
+                .size_range(180.0..=(width * 0.7).max(181.0));
             panel.frame(egui::Frame::NONE).show(ui, |ui| self.look(ui, actions));
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {
@@ -187,7 +206,8 @@ impl App {
                 ui.weak("Nothing yet");
             }
             for path in recent {
-                let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+                let name =
+                    path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
                 let there = path.exists();
                 let button = Button::new(if there { name } else { format!("{name} (gone)") });
                 if ui.add_enabled(there, button).on_hover_text(path.display().to_string()).clicked() {
@@ -245,18 +265,41 @@ impl App {
     /// The line below: what was said last, what runs, how many problems.
     fn line(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
         ui.horizontal(|ui| {
-            let count = self.checked.problems.len() + self.board.failures().count() + usize::from(self.checked.include_error.is_some());
-            let text = if count == 0 { "No problems".to_owned() } else if count == 1 { "1 problem".to_owned() } else { format!("{count} problems") };
-            let text = if count == 0 { RichText::new(text).weak() } else { RichText::new(text).color(ui.visuals().error_fg_color) };
-            let button = ui.selectable_label(self.open.problems, text).on_hover_text("Shows or hides the list of problems");
+            let count = self.checked.problems.len()
+                + self.board.failures().count()
+                + usize::from(self.checked.include_error.is_some());
+            let text = if count == 0 {
+                "No problems".to_owned()
+            } else if count == 1 {
+                "1 problem".to_owned()
+            } else {
+                format!("{count} problems")
+            };
+            let text = if count == 0 {
+                RichText::new(text).weak()
+            } else {
+                RichText::new(text).color(ui.visuals().error_fg_color)
+            };
+            let button = ui
+                .selectable_label(self.open.problems, text)
+                .on_hover_text("Shows or hides the list of problems");
             if button.clicked() {
                 self.open.problems = !self.open.problems;
             }
             ui.separator();
-            let running: Vec<_> = self.board.running().filter(|(name, _)| !name.contains('/')).map(|(name, done)| (name.to_owned(), done)).collect();
+            let running: Vec<_> = self
+                .board
+                .running()
+                .filter(|(name, _)| !name.contains('/'))
+                .map(|(name, done)| (name.to_owned(), done))
+                .collect();
             if let Some((name, done)) = running.first() {
                 let elapsed = self.board.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
-                let more = if running.len() > 1 { format!(" and {} more", running.len() - 1) } else { String::new() };
+                let more = if running.len() > 1 {
+                    format!(" and {} more", running.len() - 1)
+                } else {
+                    String::new()
+                };
                 ui.label(format!("{name} {:.0} %{more}, {}", done * 100.0, crate::canvas::seconds(elapsed)));
                 if ui.small_button("Stop").clicked() {
                     actions.push(Action::Command(Command::Stop));
@@ -266,12 +309,17 @@ impl App {
             }
             if let Some((text, since)) = &self.said {
                 ui.separator();
-                let label = if since.elapsed() < Duration::from_secs(8) { RichText::new(text) } else { RichText::new(text).weak() };
+                let label = if since.elapsed() < Duration::from_secs(8) {
+                    RichText::new(text)
+                } else {
+                    RichText::new(text).weak()
+                };
                 ui.add(egui::Label::new(label).truncate()).on_hover_text(text);
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let (values, bytes) = self.runner.engine().memory_usage();
-                ui.weak(format!("{values} results, {}", crate::canvas::bytes(bytes))).on_hover_text("Results that are kept in memory");
+                ui.weak(format!("{values} results, {}", crate::canvas::bytes(bytes)))
+                    .on_hover_text("Results that are kept in memory");
                 if let Some(device) = &self.board.device {
                     ui.weak("device").on_hover_text(device);
                 }
@@ -329,7 +377,9 @@ impl App {
                 ui.horizontal(|ui| {
                     if let Some(node) = node {
                         let show = ui.small_button("Show me");
-                        show.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Show {node}")));
+                        show.widget_info(|| {
+                            WidgetInfo::labeled(WidgetType::Button, true, format!("Show {node}"))
+                        });
                         if show.clicked() {
                             actions.push(Action::Reveal(node));
                         }
@@ -344,7 +394,11 @@ impl App {
                 row(ui, problem.node.clone(), &problem.to_string());
             }
             for (node, status) in self.board.failures() {
-                row(ui, Some(node.to_owned()), &format!("{node}: {}", status.error.as_deref().unwrap_or("failed")));
+                row(
+                    ui,
+                    Some(node.to_owned()),
+                    &format!("{node}: {}", status.error.as_deref().unwrap_or("failed")),
+                );
             }
             for warning in &self.board.warnings {
                 row(ui, None, warning);
@@ -361,11 +415,20 @@ impl App {
         let state = if editable {
             self.project.state()
         } else {
-            included = crate::model::State { document: (*self.checked.included).clone(), layouts: Default::default() };
+            included = crate::model::State {
+                document: (*self.checked.included).clone(),
+                layouts: Default::default(),
+            };
             &included
         };
-        let frame = self.selection.frames.first().filter(|_| self.selection.nodes.is_empty() || self.selection.frames.len() == 1);
-        if let Some((id, frame)) = frame.and_then(|id| Some((*id, self.project.state().layout(&at)?.frames.get(id)?))) {
+        let frame = self
+            .selection
+            .frames
+            .first()
+            .filter(|_| self.selection.nodes.is_empty() || self.selection.frames.len() == 1);
+        if let Some((id, frame)) =
+            frame.and_then(|id| Some((*id, self.project.state().layout(&at)?.frames.get(id)?)))
+        {
             let mut title = frame.title.clone();
             ui.label("Title of the frame");
             let response = ui.add(TextEdit::singleline(&mut title).desired_width(f32::INFINITY));
@@ -377,16 +440,38 @@ impl App {
         }
         match self.selection.single() {
             Some(name) => {
-                let (Some(entry), Some(shape)) = (level.nodes.get(name), self.shapes.get(name)) else { return };
+                let (Some(entry), Some(shape)) = (level.nodes.get(name), self.shapes.get(name)) else {
+                    return;
+                };
                 let path = format!("{}{name}", self.trail.prefix());
-                let about = |problem: &&breccia_engine::Problem| problem.node.as_deref().is_some_and(|node| crate::run::general(node) == path);
-                let problems: Vec<String> = self.checked.problems.iter().filter(about).map(ToString::to_string).collect();
-                let subject = inspector::Subject { state, at: &at, name, entry, shapes: &self.shapes, shape, status: self.board.get(&path), problems: &problems, editable };
+                let about = |problem: &&breccia_engine::Problem| {
+                    problem.node.as_deref().is_some_and(|node| crate::run::general(node) == path)
+                };
+                let problems: Vec<String> =
+                    self.checked.problems.iter().filter(about).map(ToString::to_string).collect();
+                let subject = inspector::Subject {
+                    state,
+                    at: &at,
+                    name,
+                    entry,
+                    shapes: &self.shapes,
+                    shape,
+                    status: self.board.get(&path),
+                    problems: &problems,
+                    editable,
+                };
                 ui.push_id(name, |ui| inspector::node(ui, &subject, actions));
             }
             None if self.selection.nodes.len() > 1 => {
                 ui.heading(format!("{} nodes", self.selection.nodes.len()));
-                for command in Command::OF_NODE.into_iter().chain([Command::Connect, Command::AlignLeft, Command::AlignRight, Command::AlignTop, Command::AlignBottom, Command::Arrange]) {
+                for command in Command::OF_NODE.into_iter().chain([
+                    Command::Connect,
+                    Command::AlignLeft,
+                    Command::AlignRight,
+                    Command::AlignTop,
+                    Command::AlignBottom,
+                    Command::Arrange,
+                ]) {
                     if ui.button(command.title()).on_hover_text(command.docs()).clicked() {
                         actions.push(Action::Command(command));
                     }
@@ -398,7 +483,8 @@ impl App {
 
     /// The viewport.
     fn look(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
-        let [mesh, exemplar] = self.companions().map(|output| output.and_then(|output| self.results.get(&output)));
+        let [mesh, exemplar] =
+            self.companions().map(|output| output.and_then(|output| self.results.get(&output)));
         let main = self.watched.as_ref().and_then(|output| self.results.get(output));
         let scene = Scene { main, mesh, exemplar };
         let Some(viewport) = &mut self.viewport else { return };

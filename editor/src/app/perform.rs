@@ -29,10 +29,13 @@ impl App {
             }
             Action::Add { kind, at: place, joint } => self.add(&kind, place, joint, ctx),
             Action::Connect(from, to) => self.connect(&from, &to),
-            Action::Disconnect(links) => self.project.edit("Disconnect", None, |state| model::disconnect(state, &at, &links)),
+            Action::Disconnect(links) => {
+                self.project.edit("Disconnect", None, |state| model::disconnect(state, &at, &links))
+            }
             Action::Move(by) => {
                 let (nodes, frames) = (self.selection.nodes.clone(), self.selection.frames.clone());
-                self.project.edit("Move", Some("move"), |state| model::move_by(state, &at, &nodes, &frames, by));
+                self.project
+                    .edit("Move", Some("move"), |state| model::move_by(state, &at, &nodes, &frames, by));
             }
             Action::EndDrag => {
                 self.project.seal();
@@ -64,16 +67,21 @@ impl App {
                 self.dragging = dragging;
                 let merge = dragging.then(|| format!("set {node}.{param}"));
                 let name = format!("Change {}", param.replace('_', " "));
-                self.project.edit(&name, merge.as_deref(), |state| model::set_param(state, &at, &node, &param, value));
+                self.project.edit(&name, merge.as_deref(), |state| {
+                    model::set_param(state, &at, &node, &param, value)
+                });
             }
             Action::Expose { node, param } => self.expose(&node, &param),
             Action::Unexpose { node, param } => {
-                self.project.edit(&format!("Take back {param}"), None, |state| model::unexpose(state, &at, &node, &param));
+                self.project.edit(&format!("Take back {param}"), None, |state| {
+                    model::unexpose(state, &at, &node, &param)
+                });
             }
             Action::LinkParam { node, param, to } => self.link_param(&node, &param, &to),
             Action::PickFile { node, param } => self.pick_file(node, param),
             Action::Rename(node, name) => {
-                let renamed = self.project.edit("Rename", None, |state| model::rename(state, &at, &node, &name));
+                let renamed =
+                    self.project.edit("Rename", None, |state| model::rename(state, &at, &node, &name));
                 if let Some(name) = renamed {
                     if self.selection.nodes.remove(&node) {
                         self.selection.nodes.insert(name.clone());
@@ -81,8 +89,12 @@ impl App {
                     self.follow(&node, &name);
                 }
             }
-            Action::Title(title) => self.project.edit("Change title", Some("title"), |state| state.document.title = title),
-            Action::Docs(docs) => self.project.edit("Change description", Some("docs"), |state| state.document.docs = docs),
+            Action::Title(title) => {
+                self.project.edit("Change title", Some("title"), |state| state.document.title = title)
+            }
+            Action::Docs(docs) => {
+                self.project.edit("Change description", Some("docs"), |state| state.document.docs = docs)
+            }
             Action::Output(pin) => self.offer(&pin),
             Action::Align(to) => {
                 let nodes = self.selection.nodes.clone();
@@ -129,7 +141,8 @@ impl App {
                 Kind::Preset(_) => {
                     let Some((name, group)) = preset else { return (None, None) };
                     let groups = &mut state.document.groups;
-                    let name = if groups.get(&name) == Some(&group) { name } else { model::unique(groups, &name) };
+                    let name =
+                        if groups.get(&name) == Some(&group) { name } else { model::unique(groups, &name) };
                     groups.insert(name.clone(), group);
                     NodeEntry::new("flow.group").with("body", ParamValue::Text(name))
                 }
@@ -172,7 +185,8 @@ impl App {
             return;
         }
         let link = link(from, to);
-        let result = self.project.edit("Connect", None, |state| model::connect(state, &at, &link, input.arity));
+        let result =
+            self.project.edit("Connect", None, |state| model::connect(state, &at, &link, input.arity));
         if let Err(refusal) = result {
             self.say(refusal.reason);
         }
@@ -183,8 +197,13 @@ impl App {
         let Some(parsed) = Link::parse(link) else { return };
         let from = Pin { node: parsed.from_node, socket: parsed.from_socket, output: true };
         let to = Pin { node: parsed.to_node, socket: parsed.to_socket, output: false };
-        let (Some(output), Some(input), Some(shape)) = (self.socket(&from), self.socket(&to), self.shapes.get(node).cloned()) else { return };
-        let fits = shape.inputs.iter().any(|s| s.ty == output.ty) && shape.outputs.iter().any(|s| s.ty == input.ty);
+        let (Some(output), Some(input), Some(shape)) =
+            (self.socket(&from), self.socket(&to), self.shapes.get(node).cloned())
+        else {
+            return;
+        };
+        let fits =
+            shape.inputs.iter().any(|s| s.ty == output.ty) && shape.outputs.iter().any(|s| s.ty == input.ty);
         if !fits {
             return;
         }
@@ -208,7 +227,9 @@ impl App {
         let is_file = matches!(found.kind, ParamKind::File { .. });
         let file = shape.outputs.first().filter(|_| is_file).map(|output| output.ty.clone());
         let docs = found.docs.clone();
-        let name = self.project.edit(&format!("Expose {param}"), None, |state| model::expose(state, &at, node, param, file.as_deref(), &docs));
+        let name = self.project.edit(&format!("Expose {param}"), None, |state| {
+            model::expose(state, &at, node, param, file.as_deref(), &docs)
+        });
         if let Some(name) = name {
             self.say(format!("The graph offers {node}.{param} as `{name}`"));
         }
@@ -224,7 +245,9 @@ impl App {
             own.or_else(|| Some(self.shapes.get(node)?.param(param)?.default.clone()))
         });
         let Some(current) = exposed.default.clone().or(current) else { return };
-        self.project.edit(&format!("Link {param} to {to}"), None, |state| model::link_param(state, &at, node, param, to, &current));
+        self.project.edit(&format!("Link {param} to {to}"), None, |state| {
+            model::link_param(state, &at, node, param, to, &current)
+        });
     }
 
     fn pick_file(&mut self, node: String, param: String) {
@@ -250,7 +273,8 @@ impl App {
         self.project.edit(&name, None, |state| {
             let Some(level) = state.level(&at) else { return };
             let taken = level.interface.outputs.clone();
-            let found = taken.iter().find(|(_, output)| output.node == pin.node && output.socket == pin.socket);
+            let found =
+                taken.iter().find(|(_, output)| output.node == pin.node && output.socket == pin.socket);
             match found {
                 Some((name, _)) => model::drop_output(state, &at, name),
                 None => {
@@ -298,8 +322,13 @@ impl App {
         let entries = palette::nodes(&self.registry, groups, &self.library.list());
         let (title, entries) = match &joint {
             Some(joint) => {
-                let fitting = palette::fitting(entries, joint, &|pin| self.socket(pin), &|kind| self.shape_of_kind(kind));
-                (if matches!(joint, Joint::Between(..)) { "Convert with" } else { "Add a node that fits" }, fitting)
+                let fitting = palette::fitting(entries, joint, &|pin| self.socket(pin), &|kind| {
+                    self.shape_of_kind(kind)
+                });
+                (
+                    if matches!(joint, Joint::Between(..)) { "Convert with" } else { "Add a node that fits" },
+                    fitting,
+                )
             }
             None => ("Add a node", entries),
         };
@@ -366,16 +395,24 @@ impl App {
                     state.layout_mut(&at).frames.retain(|id, _| !frames.contains(id));
                 });
             }
-            Command::SelectAll => self.selection = Selection { nodes: self.shapes.keys().cloned().collect(), ..Selection::default() },
+            Command::SelectAll => {
+                self.selection =
+                    Selection { nodes: self.shapes.keys().cloned().collect(), ..Selection::default() }
+            }
             Command::SelectNone => self.selection = Selection::default(),
             Command::SelectNext => self.step(true),
             Command::SelectPrevious => self.step(false),
             Command::AddNode => self.search_nodes(self.canvas.place_for_new(), None),
             Command::Connect => self.connect_selected(),
             Command::DisconnectAll => {
-                let of_node = |link: &&String| Link::parse(link).is_some_and(|link| nodes.contains(&link.from_node) || nodes.contains(&link.to_node));
+                let of_node = |link: &&String| {
+                    Link::parse(link)
+                        .is_some_and(|link| nodes.contains(&link.from_node) || nodes.contains(&link.to_node))
+                };
                 let level = self.level();
-                let links = level.map_or(Vec::new(), |level| level.links.iter().filter(of_node).chain(&self.selection.links).cloned().collect());
+                let links = level.map_or(Vec::new(), |level| {
+                    level.links.iter().filter(of_node).chain(&self.selection.links).cloned().collect()
+                });
                 self.project.edit("Disconnect", None, |state| model::disconnect(state, &at, &links));
             }
             Command::Rename => {
@@ -385,7 +422,11 @@ impl App {
             Command::Watch => self.watch_next(),
             Command::Mute | Command::Bypass => {
                 let mode = if command == Command::Mute { NodeMode::Mute } else { NodeMode::Bypass };
-                let is_so = |name: &String| self.level().and_then(|level| level.nodes.get(name)).is_some_and(|entry| entry.mode == mode);
+                let is_so = |name: &String| {
+                    self.level()
+                        .and_then(|level| level.nodes.get(name))
+                        .is_some_and(|entry| entry.mode == mode)
+                };
                 let to = if nodes.iter().all(is_so) { NodeMode::Normal } else { mode };
                 self.project.edit(command.title(), None, |state| model::set_mode(state, &at, &nodes, to));
             }
@@ -397,16 +438,21 @@ impl App {
                     self.project.edit("Collapse", None, |state| model::set_collapsed(state, &at, &nodes, to));
                 } else {
                     let to = !nodes.iter().all(|name| place(name).picture);
-                    self.project.edit("Show picture", None, |state| model::set_picture(state, &at, &nodes, to));
+                    self.project
+                        .edit("Show picture", None, |state| model::set_picture(state, &at, &nodes, to));
                     self.due = true;
                 }
             }
             Command::Group => {
                 let shapes = self.shapes.clone();
-                let made = self.project.edit("Group", None, |state| model::group(state, &at, &nodes, &|name| shapes.get(name).cloned()));
+                let made = self.project.edit("Group", None, |state| {
+                    model::group(state, &at, &nodes, &|name| shapes.get(name).cloned())
+                });
                 match made {
                     Some(name) => self.selection = Selection::node(name),
-                    None => self.say("Select the nodes to group; nodes that read the graph's input files stay outside"),
+                    None => self.say(
+                        "Select the nodes to group; nodes that read the graph's input files stay outside",
+                    ),
                 }
             }
             Command::Ungroup => {
@@ -444,7 +490,11 @@ impl App {
             }
             Command::Live => {
                 self.live = !self.live;
-                self.say(if self.live { "Live: computes after every change" } else { "Computes only when asked to (F5)" });
+                self.say(if self.live {
+                    "Live: computes after every change"
+                } else {
+                    "Computes only when asked to (F5)"
+                });
             }
             Command::ClearMemory => {
                 self.stop();
@@ -467,7 +517,9 @@ impl App {
             }
             Command::Larger => ctx.set_zoom_factor((ctx.zoom_factor() * 1.1).min(3.0)),
             Command::Smaller => ctx.set_zoom_factor((ctx.zoom_factor() / 1.1).max(0.5)),
-            Command::Commands => self.palette = Some(Palette::new("Find a command", palette::commands(), [0, 0], None)),
+            Command::Commands => {
+                self.palette = Some(Palette::new("Find a command", palette::commands(), [0, 0], None))
+            }
             Command::Shortcuts => self.open.shortcuts = !self.open.shortcuts,
             Command::Tour => self.open.tour = !self.open.tour,
         }
@@ -492,7 +544,8 @@ impl App {
             nodes.iter().filter_map(|node| Some(layout.nodes.get(node)?.at[i])).min()
         };
         let place = [corner(0).unwrap_or(0).saturating_add(30), corner(1).unwrap_or(0).saturating_add(30)];
-        let result = self.project.edit("Duplicate", None, |state| model::duplicate(state, &at, &nodes, &text, place));
+        let result =
+            self.project.edit("Duplicate", None, |state| model::duplicate(state, &at, &nodes, &text, place));
         match result {
             Ok(names) => self.selection = Selection { nodes: names, ..Selection::default() },
             Err(reason) => self.say(reason),
@@ -505,7 +558,10 @@ impl App {
         let links = level.links.iter().filter_map(|link| Link::parse(link));
         let current = self.selection.single().cloned();
         let next = match &current {
-            Some(node) => links.filter(|l| if forward { l.from_node == *node } else { l.to_node == *node }).map(|l| if forward { l.to_node } else { l.from_node }).next(),
+            Some(node) => links
+                .filter(|l| if forward { l.from_node == *node } else { l.to_node == *node })
+                .map(|l| if forward { l.to_node } else { l.from_node })
+                .next(),
             None => None,
         };
         let next = next.or_else(|| {
@@ -513,7 +569,13 @@ impl App {
             let at = current.and_then(|node| names.iter().position(|name| **name == node));
             let n = names.len().max(1);
             let index = match at {
-                Some(i) => if forward { (i + 1) % n } else { (i + n - 1) % n },
+                Some(i) => {
+                    if forward {
+                        (i + 1) % n
+                    } else {
+                        (i + n - 1) % n
+                    }
+                }
                 None => 0,
             };
             names.get(index).map(|name| (*name).clone())
@@ -533,9 +595,22 @@ impl App {
         for pair in nodes.windows(2) {
             let [a, b] = pair else { continue };
             let (Some(from), Some(to)) = (self.shapes.get(a), self.shapes.get(b)) else { continue };
-            let taken = |socket: &str| self.level().is_some_and(|level| level.links.iter().filter_map(|l| Link::parse(l)).any(|l| l.to_node == *b && l.to_socket == socket));
+            let taken = |socket: &str| {
+                self.level().is_some_and(|level| {
+                    level
+                        .links
+                        .iter()
+                        .filter_map(|l| Link::parse(l))
+                        .any(|l| l.to_node == *b && l.to_socket == socket)
+                })
+            };
             let free = to.inputs.iter().filter(|input| input.arity == Arity::Many || !taken(&input.name));
-            let found = free.into_iter().find_map(|input| Some((from.outputs.iter().find(|output| output.ty == input.ty)?.name.clone(), input.name.clone())));
+            let found = free.into_iter().find_map(|input| {
+                Some((
+                    from.outputs.iter().find(|output| output.ty == input.ty)?.name.clone(),
+                    input.name.clone(),
+                ))
+            });
             if let Some((output, input)) = found {
                 let from = Pin { node: a.clone(), socket: output, output: true };
                 let to = Pin { node: b.clone(), socket: input, output: false };
@@ -553,8 +628,13 @@ impl App {
             self.say("Select one node to look at");
             return;
         };
-        let outputs: Vec<String> = self.shapes.get(&node).map_or(Vec::new(), |shape| shape.outputs.iter().map(|o| o.name.clone()).collect());
-        let now = outputs.iter().position(|socket| self.in_run(&node, socket) == self.watched && self.watched.is_some());
+        let outputs: Vec<String> = self
+            .shapes
+            .get(&node)
+            .map_or(Vec::new(), |shape| shape.outputs.iter().map(|o| o.name.clone()).collect());
+        let now = outputs
+            .iter()
+            .position(|socket| self.in_run(&node, socket) == self.watched && self.watched.is_some());
         let next = now.map_or(0, |i| (i + 1) % outputs.len().max(1));
         if let Some(socket) = outputs.get(next) {
             self.watch(&Pin { node, socket: socket.clone(), output: true });
@@ -579,12 +659,20 @@ impl App {
     }
 
     fn keep_group(&mut self) {
-        let node = self.selection.single().and_then(|node| self.shapes.get(node)).and_then(|shape| shape.group.clone());
+        let node = self
+            .selection
+            .single()
+            .and_then(|node| self.shapes.get(node))
+            .and_then(|shape| shape.group.clone());
         let Some(address) = node else {
             self.say("Select one group to keep");
             return;
         };
-        let (Some(name), Some(group)) = (address.0.last().cloned(), model::group_at(&self.checked.included, &address).cloned()) else { return };
+        let (Some(name), Some(group)) =
+            (address.0.last().cloned(), model::group_at(&self.checked.included, &address).cloned())
+        else {
+            return;
+        };
         match self.library.keep(&name, &group) {
             Ok(()) => self.say(format!("Kept as `{name}`; the node search finds it")),
             Err(reason) => self.say(format!("The group could not be kept: {reason}")),
@@ -592,10 +680,16 @@ impl App {
     }
 
     fn localise(&mut self) {
-        let selected = self.selection.single().and_then(|node| self.shapes.get(node)).and_then(|shape| shape.group.clone());
+        let selected = self
+            .selection
+            .single()
+            .and_then(|node| self.shapes.get(node))
+            .and_then(|shape| shape.group.clone());
         let address = selected.unwrap_or_else(|| self.address());
         let included = std::sync::Arc::clone(&self.checked.included);
-        let result = self.project.edit("Make group part of the graph", None, |state| model::localise(state, &included, &address));
+        let result = self
+            .project
+            .edit("Make group part of the graph", None, |state| model::localise(state, &included, &address));
         match result {
             Ok(()) => self.say("The group is part of the graph now"),
             Err(reason) => self.say(reason),
@@ -613,7 +707,13 @@ fn link(from: &Pin, to: &Pin) -> Link {
 }
 
 /// Joins a new node to sockets.
-fn join(state: &mut model::State, at: &model::Address, node: &str, shape: &Shape, ends: &[(Pin, String, Arity)]) -> Result<(), Refusal> {
+fn join(
+    state: &mut model::State,
+    at: &model::Address,
+    node: &str,
+    shape: &Shape,
+    ends: &[(Pin, String, Arity)],
+) -> Result<(), Refusal> {
     let pin = |socket: &str, output| Pin { node: node.to_owned(), socket: socket.to_owned(), output };
     for (end, ty, arity) in ends {
         let sockets = if end.output { &shape.inputs } else { &shape.outputs };
@@ -652,7 +752,17 @@ fn edits(command: Command) -> bool {
     use Command as C;
     matches!(
         command,
-        C::Cut | C::Paste | C::Duplicate | C::Delete | C::AddNode | C::Connect | C::DisconnectAll | C::Rename | C::Mute | C::Bypass | C::Group | C::Ungroup
+        C::Cut
+            | C::Paste
+            | C::Duplicate
+            | C::Delete
+            | C::AddNode
+            | C::Connect
+            | C::DisconnectAll
+            | C::Rename
+            | C::Mute
+            | C::Bypass
+            | C::Group
+            | C::Ungroup
     )
 }
-

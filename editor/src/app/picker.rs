@@ -49,17 +49,32 @@ impl Picker for NativePicker {
             let strings = |list: &[&str]| list.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>();
             let found = match &want {
                 Want::Open => dialog.set_title("Open a graph").add_filter("Graphs", &["ron"]).pick_file(),
-                Want::Save(name) => dialog.set_title("Save the graph").set_file_name(name).add_filter("Graphs", &["ron"]).save_file(),
-                Want::Import => dialog.set_title("Import a bundle").add_filter("Bundles", &["zip"]).pick_file(),
-                Want::Export(name) => dialog.set_title("Export a bundle").set_file_name(name).add_filter("Bundles", &["zip"]).save_file(),
+                Want::Save(name) => dialog
+                    .set_title("Save the graph")
+                    .set_file_name(name)
+                    .add_filter("Graphs", &["ron"])
+                    .save_file(),
+                Want::Import => {
+                    dialog.set_title("Import a bundle").add_filter("Bundles", &["zip"]).pick_file()
+                }
+                Want::Export(name) => dialog
+                    .set_title("Export a bundle")
+                    .set_file_name(name)
+                    .add_filter("Bundles", &["zip"])
+                    .save_file(),
                 Want::Param(_, _, extensions) => {
                     let extensions = if extensions.is_empty() { strings(&["*"]) } else { extensions.clone() };
                     dialog.set_title("Pick a file").add_filter("Files", &extensions).pick_file()
                 }
                 Want::Output(name, extensions) => {
-                    let dialog = extensions.iter().fold(dialog, |dialog, e| dialog.add_filter(e.clone(), std::slice::from_ref(e)));
+                    let dialog = extensions
+                        .iter()
+                        .fold(dialog, |dialog, e| dialog.add_filter(e.clone(), std::slice::from_ref(e)));
                     let extension = extensions.first().map_or("bin", String::as_str);
-                    dialog.set_title("Export a result").set_file_name(format!("{name}.{extension}")).save_file()
+                    dialog
+                        .set_title("Export a result")
+                        .set_file_name(format!("{name}.{extension}"))
+                        .save_file()
                 }
                 Want::Made(files) => match files.as_slice() {
                     [(name, _)] => dialog.set_title("Save").set_file_name(name).save_file(),

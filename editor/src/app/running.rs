@@ -25,8 +25,12 @@ impl App {
 
     /// Whether a graph that can run has this output of a node.
     pub(super) fn can_run(&self, output: &str) -> bool {
-        let Some((graph, (node, socket))) = self.checked.graph.as_ref().zip(output.rsplit_once('.')) else { return false };
-        graph.nodes().any(|(name, spec)| name == node && spec.outputs.iter().any(|output| output.name == socket))
+        let Some((graph, (node, socket))) = self.checked.graph.as_ref().zip(output.rsplit_once('.')) else {
+            return false;
+        };
+        graph
+            .nodes()
+            .any(|(name, spec)| name == node && spec.outputs.iter().any(|output| output.name == socket))
     }
 
     /// The outputs that the viewport needs: what is looked at, the mesh that it can be shown on, the picture to compare with.
@@ -83,7 +87,8 @@ impl App {
         self.ask_lane(Lane::Main, items);
         let pictures = if self.dragging { Vec::new() } else { self.wanted_pictures() };
         self.busy[1] = !pictures.is_empty();
-        let pictures = pictures.into_iter().map(|output| Item { graph: Arc::clone(&graph), outputs: vec![output] });
+        let pictures =
+            pictures.into_iter().map(|output| Item { graph: Arc::clone(&graph), outputs: vec![output] });
         self.ask_lane(Lane::Pictures, pictures.collect());
         ctx.request_repaint();
     }
@@ -98,7 +103,8 @@ impl App {
     /// The outputs whose small pictures are shown, from left to right.
     fn wanted_pictures(&self) -> Vec<String> {
         let Some(layout) = self.project.state().layout(&self.address()) else { return Vec::new() };
-        let mut found: Vec<_> = layout.nodes.iter().filter(|(_, place)| place.picture && !place.collapsed).collect();
+        let mut found: Vec<_> =
+            layout.nodes.iter().filter(|(_, place)| place.picture && !place.collapsed).collect();
         found.sort_by_key(|(name, place)| (place.at[0], (*name).clone()));
         let output = |name: &String| {
             let socket = &self.shapes.get(name)?.outputs.first()?.name;
@@ -166,7 +172,11 @@ impl App {
         let levels = self.zone_types();
         let rank = |name: &str| {
             let numbers: Vec<i64> = name.split('/').map(number).collect();
-            numbers.iter().zip(levels.iter().chain(std::iter::repeat(&false))).map(|(n, fine)| if *fine { -n } else { *n }).collect::<Vec<_>>()
+            numbers
+                .iter()
+                .zip(levels.iter().chain(std::iter::repeat(&false)))
+                .map(|(n, fine)| if *fine { -n } else { *n })
+                .collect::<Vec<_>>()
         };
         let matching = graph.nodes().map(|(name, _)| name).filter(|name| crate::run::general(name) == path);
         matching.max_by_key(|name| rank(name)).map(|name| format!("{name}.{socket}"))

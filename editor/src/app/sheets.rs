@@ -1,6 +1,8 @@
 //! Sheets over the window: presets, shortcuts, first steps, what can be recovered. All can be closed, none keeps the user from the rest.
 
-use eframe::egui::{self, Align2, Context, Grid, Image, RichText, ScrollArea, Sense, Vec2, WidgetInfo, WidgetType, vec2};
+use eframe::egui::{
+    self, Align2, Context, Grid, Image, RichText, ScrollArea, Sense, Vec2, WidgetInfo, WidgetType, vec2,
+};
 
 use super::{After, App};
 use crate::action::Action;
@@ -33,50 +35,66 @@ impl App {
 
     fn shortcut_sheet(&mut self, ctx: &Context) {
         let mut open = self.open.shortcuts;
-        egui::Window::new("Shortcuts").id(egui::Id::new("shortcuts")).open(&mut open).collapsible(false).default_size(vec2(620.0, 480.0)).show(ctx, |ui| {
-            ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
-                for menu in Command::MENUS {
-                    ui.strong(menu);
-                    Grid::new(("shortcuts", menu)).num_columns(3).striped(true).show(ui, |ui| {
-                        for command in Command::ALL.iter().filter(|command| command.menu() == menu) {
-                            ui.label(command.title());
-                            ui.monospace(command.shortcut().map_or(String::new(), |shortcut| ctx.format_shortcut(&shortcut)));
-                            ui.weak(command.docs());
-                            ui.end_row();
-                        }
-                    });
-                    ui.add_space(8.0);
-                }
-                ui.strong("On the canvas");
-                for line in POINTER {
-                    ui.label(*line);
-                }
+        egui::Window::new("Shortcuts")
+            .id(egui::Id::new("shortcuts"))
+            .open(&mut open)
+            .collapsible(false)
+            .default_size(vec2(620.0, 480.0))
+            .show(ctx, |ui| {
+                ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
+                    for menu in Command::MENUS {
+                        ui.strong(menu);
+                        Grid::new(("shortcuts", menu)).num_columns(3).striped(true).show(ui, |ui| {
+                            for command in Command::ALL.iter().filter(|command| command.menu() == menu) {
+                                ui.label(command.title());
+                                ui.monospace(
+                                    command
+                                        .shortcut()
+                                        .map_or(String::new(), |shortcut| ctx.format_shortcut(&shortcut)),
+                                );
+                                ui.weak(command.docs());
+                                ui.end_row();
+                            }
+                        });
+                        ui.add_space(8.0);
+                    }
+                    ui.strong("On the canvas");
+                    for line in POINTER {
+                        ui.label(*line);
+                    }
+                });
             });
-        });
         self.open.shortcuts = open;
     }
 
     fn tour(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
         let mut open = self.open.tour;
-        egui::Window::new("First steps").id(egui::Id::new("tour")).open(&mut open).collapsible(false).resizable(false).default_width(440.0).anchor(Align2::LEFT_BOTTOM, [16.0, -48.0]).show(ctx, |ui| {
-            ui.set_max_width(440.0);
-            for (title, text) in TOUR {
-                ui.label(RichText::new(*title).strong());
-                ui.label(*text);
-                ui.add_space(4.0);
-            }
-            ui.horizontal(|ui| {
-                if ui.button("Show the presets").clicked() {
-                    actions.push(Action::Command(Command::Gallery));
+        egui::Window::new("First steps")
+            .id(egui::Id::new("tour"))
+            .open(&mut open)
+            .collapsible(false)
+            .resizable(false)
+            .default_width(440.0)
+            .anchor(Align2::LEFT_BOTTOM, [16.0, -48.0])
+            .show(ctx, |ui| {
+                ui.set_max_width(440.0);
+                for (title, text) in TOUR {
+                    ui.label(RichText::new(*title).strong());
+                    ui.label(*text);
+                    ui.add_space(4.0);
                 }
-                if ui.button("Show the shortcuts").clicked() {
-                    actions.push(Action::Command(Command::Shortcuts));
-                }
-                if ui.button("Close").clicked() {
-                    actions.push(Action::Command(Command::Tour));
-                }
+                ui.horizontal(|ui| {
+                    if ui.button("Show the presets").clicked() {
+                        actions.push(Action::Command(Command::Gallery));
+                    }
+                    if ui.button("Show the shortcuts").clicked() {
+                        actions.push(Action::Command(Command::Shortcuts));
+                    }
+                    if ui.button("Close").clicked() {
+                        actions.push(Action::Command(Command::Tour));
+                    }
+                });
             });
-        });
         self.open.tour &= open;
     }
 
@@ -86,20 +104,25 @@ impl App {
         if leftovers.is_empty() {
             return;
         }
-        egui::Window::new("Not saved last time").id(egui::Id::new("recovery")).collapsible(true).resizable(false).anchor(Align2::CENTER_TOP, [0.0, 90.0]).show(ctx, |ui| {
-            ui.label("The program ended before these were saved.");
-            for (title, path) in leftovers {
-                ui.horizontal(|ui| {
-                    ui.label(&title);
-                    if ui.button("Recover").clicked() {
-                        self.leave_document(After::Recover(path.clone()), ctx);
-                    }
-                    if ui.button("Discard").clicked() {
-                        self.memory.discard(&path);
-                    }
-                });
-            }
-        });
+        egui::Window::new("Not saved last time")
+            .id(egui::Id::new("recovery"))
+            .collapsible(true)
+            .resizable(false)
+            .anchor(Align2::CENTER_TOP, [0.0, 90.0])
+            .show(ctx, |ui| {
+                ui.label("The program ended before these were saved.");
+                for (title, path) in leftovers {
+                    ui.horizontal(|ui| {
+                        ui.label(&title);
+                        if ui.button("Recover").clicked() {
+                            self.leave_document(After::Recover(path.clone()), ctx);
+                        }
+                        if ui.button("Discard").clicked() {
+                            self.memory.discard(&path);
+                        }
+                    });
+                }
+            });
     }
 }
 
@@ -117,7 +140,13 @@ fn card(ui: &mut egui::Ui, preset: &breccia_graphs::Preset, actions: &mut Vec<Ac
     Image::from_bytes(uri, preset.picture).corner_radius(4).paint_at(ui, picture);
     let document = breccia_engine::Document::parse(preset.ron).unwrap_or_default();
     let text = |at: egui::Pos2, text: &str, size: f32, color| {
-        ui.painter().with_clip_rect(rect.shrink(4.0)).text(at, Align2::LEFT_TOP, text, egui::FontId::proportional(size), color);
+        ui.painter().with_clip_rect(rect.shrink(4.0)).text(
+            at,
+            Align2::LEFT_TOP,
+            text,
+            egui::FontId::proportional(size),
+            color,
+        );
     };
     text(rect.left_bottom() + vec2(8.0, -40.0), preset.name, 14.0, visuals.text_color());
     text(rect.left_bottom() + vec2(8.0, -21.0), &document.title, 11.0, ui.visuals().weak_text_color());
@@ -127,11 +156,26 @@ fn card(ui: &mut egui::Ui, preset: &breccia_graphs::Preset, actions: &mut Vec<Ac
 }
 
 const TOUR: &[(&str, &str)] = &[
-    ("1. Drop a photo on the window.", "It becomes the exemplar: the picture that the solid texture is made to look like. Or start from a preset."),
-    ("2. Watch it grow.", "The viewport shows what is computed: a solid on a mesh, a cube with a corner cut out, a slice. Double-click a node to look at its result instead."),
-    ("3. Turn knobs.", "Select a node and change its parameters; with nothing selected the inspector shows what the graph offers. Only what depends on a change is computed again, and a result that is out of date says so."),
-    ("4. Cut it open.", "In the viewport switch the cut on and drag the plane: the inside is synthesised where you cut."),
-    ("5. Build.", "Tab finds nodes. Drag from one socket to another; drop a link on empty canvas and only nodes that fit are offered."),
+    (
+        "1. Drop a photo on the window.",
+        "It becomes the exemplar: the picture that the solid texture is made to look like. Or start from a preset.",
+    ),
+    (
+        "2. Watch it grow.",
+        "The viewport shows what is computed: a solid on a mesh, a cube with a corner cut out, a slice. Double-click a node to look at its result instead.",
+    ),
+    (
+        "3. Turn knobs.",
+        "Select a node and change its parameters; with nothing selected the inspector shows what the graph offers. Only what depends on a change is computed again, and a result that is out of date says so.",
+    ),
+    (
+        "4. Cut it open.",
+        "In the viewport switch the cut on and drag the plane: the inside is synthesised where you cut.",
+    ),
+    (
+        "5. Build.",
+        "Tab finds nodes. Drag from one socket to another; drop a link on empty canvas and only nodes that fit are offered.",
+    ),
     ("6. Save.", "A saved graph runs from the command line too: breccia run FILE gives the same bytes."),
 ];
 

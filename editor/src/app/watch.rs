@@ -42,13 +42,16 @@ impl App {
                 Some(format!("{name}.{}", socket.name))
             };
             // A solid may come from any node on the way; of other types it is what comes out at the end.
-            let order: Vec<&String> = if *ty == "solid" { self.by_depth(&needed) } else { last.iter().collect() };
+            let order: Vec<&String> =
+                if *ty == "solid" { self.by_depth(&needed) } else { last.iter().collect() };
             order.into_iter().find_map(|name| has(name))
         });
         let any = || {
             let mut nodes: Vec<_> = graph.nodes().collect();
             nodes.reverse();
-            nodes.iter().find_map(|(name, spec)| Some(format!("{name}.{}", spec.outputs.iter().find(|o| TYPES.contains(&o.ty))?.name)))
+            nodes.iter().find_map(|(name, spec)| {
+                Some(format!("{name}.{}", spec.outputs.iter().find(|o| TYPES.contains(&o.ty))?.name))
+            })
         };
         self.watched = choice.or_else(any);
     }
@@ -97,7 +100,11 @@ impl App {
             })
         };
         let reader = |nodes: &[String], ty: &str| {
-            nodes.iter().find_map(|node| output(node, ty).filter(|(spec, output)| is_given(node, spec) && self.can_run(output)).map(|(_, o)| o))
+            nodes.iter().find_map(|node| {
+                output(node, ty)
+                    .filter(|(spec, output)| is_given(node, spec) && self.can_run(output))
+                    .map(|(_, o)| o)
+            })
         };
         let named = document.interface.inputs.get("exemplar").map(|input| vec![input.node.clone()]);
         let exemplar = named.and_then(|node| reader(&node, "image")).or_else(|| reader(&near, "image"));

@@ -25,7 +25,11 @@ pub struct Course {
 }
 
 /// All links with both ends on the canvas.
-pub fn courses(links: &[String], bends: &BTreeMap<String, Vec<[i32; 2]>>, geometry: &Geometry) -> Vec<Course> {
+pub fn courses(
+    links: &[String],
+    bends: &BTreeMap<String, Vec<[i32; 2]>>,
+    geometry: &Geometry,
+) -> Vec<Course> {
     links
         .iter()
         .filter_map(|text| {

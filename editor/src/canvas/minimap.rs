@@ -21,7 +21,11 @@ pub fn show(ui: &Ui, canvas: Rect, seen: Rect, sight: &Sight<'_>, geometry: &Geo
     for (name, node) in &geometry.nodes {
         let small = Rect::from_min_max(to(node.min), to(node.max)).expand(0.3);
         let category = sight.shapes.get(name).map_or("", |shape| shape.category.as_str());
-        let color = if sight.selection.nodes.contains(name) { sight.colors.selected } else { theme::category(category) };
+        let color = if sight.selection.nodes.contains(name) {
+            sight.colors.selected
+        } else {
+            theme::category(category)
+        };
         painter.rect_filled(small, 0, color);
     }
     let window = Rect::from_min_max(to(seen.min), to(seen.max)).intersect(rect);

@@ -45,7 +45,11 @@ pub fn draw(painter: &Painter, rect: Rect, zoom: f32, look: &Look<'_>, colors: &
     let head = Rect::from_min_size(rect.min, vec2(rect.width(), (HEADER * zoom).min(rect.height())));
     painter.rect_filled(rect, round, dim(colors.node));
     let top = CornerRadius { sw: 0, se: 0, ..round };
-    painter.rect_filled(head, if look.place.collapsed { round } else { top }, dim(theme::category(&look.shape.category)));
+    painter.rect_filled(
+        head,
+        if look.place.collapsed { round } else { top },
+        dim(theme::category(&look.shape.category)),
+    );
     let failed = look.status.is_some_and(|status| status.phase == Phase::Failed);
     let line = if look.selected {
         Stroke::new((2.2 * zoom.sqrt()).max(1.5), colors.selected)
@@ -57,7 +61,11 @@ pub fn draw(painter: &Painter, rect: Rect, zoom: f32, look: &Look<'_>, colors: &
     painter.rect_stroke(rect, round, line, StrokeKind::Outside);
     if zoom < TEXT {
         if let Some(color) = state_color(look, colors) {
-            painter.rect_filled(Rect::from_min_max(pos2(rect.left(), rect.bottom() - 3.0), rect.max), 0, color);
+            painter.rect_filled(
+                Rect::from_min_max(pos2(rect.left(), rect.bottom() - 3.0), rect.max),
+                0,
+                color,
+            );
         }
         return;
     }
@@ -83,7 +91,11 @@ pub fn draw(painter: &Painter, rect: Rect, zoom: f32, look: &Look<'_>, colors: &
     }
     if look.place.collapsed {
         if let Some(color) = state_color(look, colors) {
-            inside.rect_filled(Rect::from_min_max(pos2(rect.left(), rect.bottom() - 3.0 * zoom), rect.max), 0, color);
+            inside.rect_filled(
+                Rect::from_min_max(pos2(rect.left(), rect.bottom() - 3.0 * zoom), rect.max),
+                0,
+                color,
+            );
         }
         return;
     }
@@ -107,7 +119,14 @@ pub fn draw(painter: &Painter, rect: Rect, zoom: f32, look: &Look<'_>, colors: &
     footer(&inside, rect, zoom, look, colors, &font);
 }
 
-fn picture(painter: &Painter, center: Pos2, zoom: f32, look: &Look<'_>, colors: &Palette, font: &dyn Fn(f32) -> FontId) {
+fn picture(
+    painter: &Painter,
+    center: Pos2,
+    zoom: f32,
+    look: &Look<'_>,
+    colors: &Palette,
+    font: &dyn Fn(f32) -> FontId,
+) {
     let Some(texture) = look.picture else {
         let frame = Rect::from_center_size(center, vec2(PICTURE, PICTURE) * zoom);
         painter.rect_stroke(frame, 2, Stroke::new(1.0, colors.grid), StrokeKind::Inside);
@@ -122,11 +141,22 @@ fn picture(painter: &Painter, center: Pos2, zoom: f32, look: &Look<'_>, colors: 
     painter.image(texture.id(), Rect::from_center_size(center, size * scale * zoom), full, tint);
 }
 
-fn footer(painter: &Painter, rect: Rect, zoom: f32, look: &Look<'_>, colors: &Palette, font: &dyn Fn(f32) -> FontId) {
+fn footer(
+    painter: &Painter,
+    rect: Rect,
+    zoom: f32,
+    look: &Look<'_>,
+    colors: &Palette,
+    font: &dyn Fn(f32) -> FontId,
+) {
     let strip = Rect::from_min_max(pos2(rect.left(), rect.bottom() - FOOTER * zoom), rect.max);
     if let Some(status) = look.status.filter(|status| status.phase == Phase::Running) {
         let done = strip.width() * status.fraction.clamp(0.0, 1.0);
-        painter.rect_filled(Rect::from_min_size(strip.min, vec2(done, strip.height())), 0, colors.busy.gamma_multiply(0.35));
+        painter.rect_filled(
+            Rect::from_min_size(strip.min, vec2(done, strip.height())),
+            0,
+            colors.busy.gamma_multiply(0.35),
+        );
     }
     if let Some(color) = state_color(look, colors) {
         painter.circle_filled(pos2(strip.left() + 9.0 * zoom, strip.center().y), 3.2 * zoom, color);
@@ -176,7 +206,11 @@ pub fn state_text(look: &Look<'_>) -> String {
         Phase::Failed => "failed".into(),
         Phase::Skipped => "waits for what failed".into(),
     };
-    if status.stale && !matches!(status.phase, Phase::Running | Phase::Idle) { format!("{text} (stale)") } else { text }
+    if status.stale && !matches!(status.phase, Phase::Running | Phase::Idle) {
+        format!("{text} (stale)")
+    } else {
+        text
+    }
 }
 
 fn device(status: &NodeStatus) -> &'static str {
@@ -185,7 +219,13 @@ fn device(status: &NodeStatus) -> &'static str {
 
 /// A duration for people.
 pub fn seconds(seconds: f64) -> String {
-    if seconds < 0.9995 { format!("{:.0} ms", seconds * 1e3) } else if seconds < 60.0 { format!("{seconds:.1} s") } else { format!("{:.0} min", seconds / 60.0) }
+    if seconds < 0.9995 {
+        format!("{:.0} ms", seconds * 1e3)
+    } else if seconds < 60.0 {
+        format!("{seconds:.1} s")
+    } else {
+        format!("{:.0} min", seconds / 60.0)
+    }
 }
 
 /// A size for people.
@@ -197,7 +237,11 @@ pub fn bytes(bytes: u64) -> String {
         value /= 1000.0;
         unit += 1;
     }
-    if unit == 0 || value >= 99.95 { format!("{value:.0} {}", units[unit]) } else { format!("{value:.1} {}", units[unit]) }
+    if unit == 0 || value >= 99.95 {
+        format!("{value:.0} {}", units[unit])
+    } else {
+        format!("{value:.1} {}", units[unit])
+    }
 }
 
 fn eye(painter: &Painter, at: Pos2, radius: f32, color: Color32) {

@@ -4,15 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use breccia_engine::{NodeEntry, NodeMode, Registry};
 use eframe::egui::{
-    Align2, Color32, FontId, Id, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind, TextureHandle, Ui,
-    Vec2, WidgetInfo, WidgetType, pos2, vec2,
+    Align2, Color32, FontId, Id, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind,
+    TextureHandle, Ui, Vec2, WidgetInfo, WidgetType, pos2, vec2,
 };
 
 use super::geometry::{Geometry, corner, place};
 use super::gesture::Gesture;
 use super::links::{self, Course};
-use super::node::{self, Look, NAMES, TEXT};
 use super::minimap;
+use super::node::{self, Look, NAMES, TEXT};
 use crate::action::{Action, Joint, Pin, Selection};
 use crate::command::Command;
 use crate::model::{Layout, Refusal, Shape, compatible};
@@ -194,7 +194,8 @@ impl Canvas {
         let fits = (size.x / bounds.width()).min(size.y / bounds.height());
         self.zoom = fits.clamp(if first { READABLE } else { 0.08 }, 1.0);
         let watched = watched.and_then(|output| output.rsplit_once('.')).map(|(node, _)| node.to_owned());
-        let near = watched.and_then(|node| self.geometry.nodes.get(&node)).filter(|_| first && fits < READABLE);
+        let near =
+            watched.and_then(|node| self.geometry.nodes.get(&node)).filter(|_| first && fits < READABLE);
         let mut middle = near.map_or(bounds.center(), |node| node.center());
         // No more empty space than needs be.
         let half = size / self.zoom / 2.0;
@@ -202,7 +203,8 @@ impl Canvas {
             (&mut middle.x, bounds.left(), bounds.right(), half.x),
             (&mut middle.y, bounds.top(), bounds.bottom(), half.y),
         ] {
-            *at = if high - low <= 2.0 * half { (low + high) / 2.0 } else { at.clamp(low + half, high - half) };
+            *at =
+                if high - low <= 2.0 * half { (low + high) / 2.0 } else { at.clamp(low + half, high - half) };
         }
         self.pan = size / 2.0 - middle.to_vec2() * self.zoom;
     }
@@ -211,8 +213,9 @@ impl Canvas {
     fn navigate(&mut self, ui: &Ui, back: &Response) {
         let over = ui.rect_contains_pointer(self.rect);
         if over {
-            let (zoom, scroll, shift, at) =
-                ui.input(|i| (i.zoom_delta(), i.smooth_scroll_delta(), i.modifiers.shift, i.pointer.latest_pos()));
+            let (zoom, scroll, shift, at) = ui.input(|i| {
+                (i.zoom_delta(), i.smooth_scroll_delta(), i.modifiers.shift, i.pointer.latest_pos())
+            });
             let at = at.unwrap_or(self.rect.center());
             if zoom != 1.0 {
                 self.zoom_about(at, zoom);
@@ -222,7 +225,8 @@ impl Canvas {
                 self.zoom_about(at, (scroll.y * 0.0025).exp());
             }
         }
-        let space = ui.input(|i| i.key_down(eframe::egui::Key::Space)) && ui.memory(|m| m.focused().is_none());
+        let space =
+            ui.input(|i| i.key_down(eframe::egui::Key::Space)) && ui.memory(|m| m.focused().is_none());
         let pans = back.dragged_by(PointerButton::Middle)
             || back.dragged_by(PointerButton::Secondary)
             || (space && back.dragged_by(PointerButton::Primary));
@@ -268,19 +272,36 @@ impl Canvas {
             ui.painter().text(at, Align2::LEFT_TOP, &frame.title, font.clone(), sight.colors.text);
             let bar = Rect::from_min_size(on_screen.min, vec2(on_screen.width(), font.size + 10.0));
             let grip = Rect::from_min_max(on_screen.max - vec2(14.0, 14.0), on_screen.max);
-            ui.painter().line_segment([pos2(grip.left(), grip.bottom() - 3.0), pos2(grip.right() - 3.0, grip.top())], Stroke::new(1.0, line));
+            ui.painter().line_segment(
+                [pos2(grip.left(), grip.bottom() - 3.0), pos2(grip.right() - 3.0, grip.top())],
+                Stroke::new(1.0, line),
+            );
             let response = ui.interact(bar, Id::new(("frame", id)), Sense::click_and_drag());
-            response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, format!("Frame {}", frame.title)));
+            response.widget_info(|| {
+                WidgetInfo::labeled(WidgetType::Other, true, format!("Frame {}", frame.title))
+            });
             if response.clicked() || (response.drag_started_by(PointerButton::Primary) && !selected) {
-                let mut selection = if ui.input(|i| i.modifiers.shift) { sight.selection.clone() } else { Selection::default() };
+                let mut selection = if ui.input(|i| i.modifiers.shift) {
+                    sight.selection.clone()
+                } else {
+                    Selection::default()
+                };
                 selection.frames.insert(id);
                 // A frame takes along what lies in it.
-                selection.nodes.extend(self.geometry.nodes.iter().filter(|(_, node)| rect.contains(node.center())).map(|(n, _)| n.clone()));
+                selection.nodes.extend(
+                    self.geometry
+                        .nodes
+                        .iter()
+                        .filter(|(_, node)| rect.contains(node.center()))
+                        .map(|(n, _)| n.clone()),
+                );
                 actions.push(Action::Select(selection));
             }
             self.drag_selection(&response, actions);
             let response = ui.interact(grip, Id::new(("frame grip", id)), Sense::drag());
-            response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, format!("Size of frame {}", frame.title)));
+            response.widget_info(|| {
+                WidgetInfo::labeled(WidgetType::Other, true, format!("Size of frame {}", frame.title))
+            });
             if response.drag_started_by(PointerButton::Primary) {
                 self.gesture = Gesture::Size(id);
             }
@@ -318,7 +339,14 @@ impl Canvas {
     }
 
     /// What happens where there is no node: links, selecting, the palette.
-    fn background(&mut self, ui: &Ui, back: &Response, sight: &Sight<'_>, courses: &[Course], actions: &mut Vec<Action>) {
+    fn background(
+        &mut self,
+        ui: &Ui,
+        back: &Response,
+        sight: &Sight<'_>,
+        courses: &[Course],
+        actions: &mut Vec<Action>,
+    ) {
         let modifiers = ui.input(|i| i.modifiers);
         let under = || {
             courses
@@ -337,7 +365,11 @@ impl Canvas {
                 actions.push(Action::Palette { at: place(self.pointer), joint: None });
             }
         } else if back.clicked() {
-            let mut selection = if modifiers.shift || modifiers.command { sight.selection.clone() } else { Selection::default() };
+            let mut selection = if modifiers.shift || modifiers.command {
+                sight.selection.clone()
+            } else {
+                Selection::default()
+            };
             if let Some((_, course)) = under() {
                 if !selection.links.remove(&course.text) {
                     selection.links.insert(course.text.clone());
@@ -351,7 +383,8 @@ impl Canvas {
         if let Gesture::Box(from) = self.gesture {
             if back.drag_stopped() {
                 let area = Rect::from_two_pos(from, self.pointer);
-                let mut selection = if modifiers.shift { sight.selection.clone() } else { Selection::default() };
+                let mut selection =
+                    if modifiers.shift { sight.selection.clone() } else { Selection::default() };
                 let inside = self.geometry.nodes.iter().filter(|(_, rect)| area.intersects(**rect));
                 selection.nodes.extend(inside.map(|(name, _)| name.clone()));
                 actions.push(Action::Select(selection));
@@ -373,7 +406,9 @@ impl Canvas {
             let ty = socket_type(sight, &course.from);
             let selected = sight.selection.links.contains(&course.text);
             let color = if selected { sight.colors.selected } else { theme::socket(ty).0 };
-            let muted = [&course.from, &course.to].iter().any(|pin| sight.nodes.get(&pin.node).is_some_and(|n| n.mode == NodeMode::Mute));
+            let muted = [&course.from, &course.to]
+                .iter()
+                .any(|pin| sight.nodes.get(&pin.node).is_some_and(|n| n.mode == NodeMode::Mute));
             let color = if muted { color.gamma_multiply(0.35) } else { color };
             let width = (if selected { 3.2 } else { 2.0 } * self.zoom.sqrt()).max(1.0);
             let points: Vec<Pos2> = course.points.iter().map(|p| self.to_screen(*p)).collect();
@@ -390,7 +425,9 @@ impl Canvas {
                 }
                 let rect = Rect::from_center_size(at, Vec2::splat(14.0));
                 let response = ui.interact(rect, Id::new(("bend", link, index)), Sense::click_and_drag());
-                response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, format!("Bend {} of {link}", index + 1)));
+                response.widget_info(|| {
+                    WidgetInfo::labeled(WidgetType::Other, true, format!("Bend {} of {link}", index + 1))
+                });
                 let fill = if response.hovered() { sight.colors.selected } else { sight.colors.text };
                 ui.painter().circle_filled(at, 4.0 * self.zoom.clamp(0.6, 1.4), fill);
                 let mut points = bends.clone();
@@ -427,9 +464,12 @@ impl Canvas {
             .map(|(name, rect)| (name.clone(), *rect))
             .collect();
         // What is selected lies on top.
-        let (top, below): (Vec<_>, Vec<_>) = names.into_iter().partition(|(name, _)| sight.selection.nodes.contains(name));
+        let (top, below): (Vec<_>, Vec<_>) =
+            names.into_iter().partition(|(name, _)| sight.selection.nodes.contains(name));
         for (name, rect) in below.into_iter().chain(top) {
-            let (Some(shape), Some(entry)) = (sight.shapes.get(&name), sight.nodes.get(&name)) else { continue };
+            let (Some(shape), Some(entry)) = (sight.shapes.get(&name), sight.nodes.get(&name)) else {
+                continue;
+            };
             let on_screen = Rect::from_min_max(self.to_screen(rect.min), self.to_screen(rect.max));
             let path = format!("{}{name}", sight.prefix);
             let look = Look {
@@ -440,7 +480,10 @@ impl Canvas {
                 picture: sight.pictures.get(&path),
                 mode: entry.mode,
                 selected: sight.selection.nodes.contains(&name),
-                watched: sight.watched.and_then(|output| output.rsplit_once('.')).is_some_and(|(node, _)| node == path),
+                watched: sight
+                    .watched
+                    .and_then(|output| output.rsplit_once('.'))
+                    .is_some_and(|(node, _)| node == path),
                 broken: sight.broken.contains(&path),
             };
             node::draw(ui.painter(), on_screen, self.zoom, &look, &sight.colors);
@@ -452,12 +495,26 @@ impl Canvas {
     }
 
     #[allow(clippy::too_many_arguments, reason = "one node, and all that its gestures hang on")]
-    fn touch_node(&mut self, ui: &mut Ui, sight: &Sight<'_>, look: &Look<'_>, on_screen: Rect, rect: Rect, courses: &[Course], actions: &mut Vec<Action>) {
+    fn touch_node(
+        &mut self,
+        ui: &mut Ui,
+        sight: &Sight<'_>,
+        look: &Look<'_>,
+        on_screen: Rect,
+        rect: Rect,
+        courses: &[Course],
+        actions: &mut Vec<Action>,
+    ) {
         let name = look.name;
         let response = ui.interact(on_screen, Id::new(("node", name)), Sense::click_and_drag());
         response.widget_info(|| {
             let state = node::state_text(look);
-            WidgetInfo::selected(WidgetType::SelectableLabel, true, look.selected, format!("Node {name}, {}, {state}", look.shape.ty))
+            WidgetInfo::selected(
+                WidgetType::SelectableLabel,
+                true,
+                look.selected,
+                format!("Node {name}, {}, {state}", look.shape.ty),
+            )
         });
         let modifiers = ui.input(|i| i.modifiers);
         let toggles = modifiers.shift || modifiers.command;
@@ -465,9 +522,16 @@ impl Canvas {
             if look.shape.group.is_some() {
                 actions.push(Action::Enter(name.to_owned()));
             } else if let Some(output) = look.shape.outputs.first() {
-                actions.push(Action::Watch(Pin { node: name.to_owned(), socket: output.name.clone(), output: true }));
+                actions.push(Action::Watch(Pin {
+                    node: name.to_owned(),
+                    socket: output.name.clone(),
+                    output: true,
+                }));
             }
-        } else if response.clicked() || response.secondary_clicked() || (response.drag_started_by(PointerButton::Primary) && !look.selected) {
+        } else if response.clicked()
+            || response.secondary_clicked()
+            || (response.drag_started_by(PointerButton::Primary) && !look.selected)
+        {
             let mut selection = if toggles { sight.selection.clone() } else { Selection::default() };
             let keep = response.secondary_clicked() && look.selected;
             if toggles && look.selected {
@@ -506,7 +570,11 @@ impl Canvas {
             ui.menu_button("Look at", |ui| {
                 for output in &look.shape.outputs {
                     if ui.button(&output.name).clicked() {
-                        actions.push(Action::Watch(Pin { node: name.to_owned(), socket: output.name.clone(), output: true }));
+                        actions.push(Action::Watch(Pin {
+                            node: name.to_owned(),
+                            socket: output.name.clone(),
+                            output: true,
+                        }));
                         ui.close();
                     }
                 }
@@ -520,15 +588,25 @@ impl Canvas {
             let pin = Pin { node: node.to_owned(), socket: socket.name.clone(), output };
             let Some(at) = self.geometry.pins.get(&pin).map(|at| self.to_screen(*at)) else { continue };
             let fits = match &self.gesture {
-                Gesture::Wire { from, .. } => pair(from, &pin).is_some_and(|pair| joinable(sight, pair).is_ok()),
+                Gesture::Wire { from, .. } => {
+                    pair(from, &pin).is_some_and(|pair| joinable(sight, pair).is_ok())
+                }
                 _ => true,
             };
             let (color, shape) = theme::socket(&socket.ty);
             let color = if fits { color } else { color.gamma_multiply(0.25) };
-            let response = ui.interact(Rect::from_center_size(at, Vec2::splat((15.0 * self.zoom).max(8.0))), Id::new(("pin", &pin.node, &pin.socket, output)), Sense::click_and_drag());
+            let response = ui.interact(
+                Rect::from_center_size(at, Vec2::splat((15.0 * self.zoom).max(8.0))),
+                Id::new(("pin", &pin.node, &pin.socket, output)),
+                Sense::click_and_drag(),
+            );
             response.widget_info(|| {
                 let side = if output { "Output" } else { "Input" };
-                WidgetInfo::labeled(WidgetType::Other, true, format!("{side} {} of {node}, {}", socket.name, socket.ty))
+                WidgetInfo::labeled(
+                    WidgetType::Other,
+                    true,
+                    format!("{side} {} of {node}, {}", socket.name, socket.ty),
+                )
             });
             let radius = if response.hovered() { 6.0 } else { 4.6 } * self.zoom;
             theme::mark(ui.painter(), at, radius, shape, color, sight.colors.outline);
@@ -547,8 +625,11 @@ impl Canvas {
 
     /// A drag from an input that has a link picks that link up.
     fn take_wire(&self, sight: &Sight<'_>, pin: Pin) -> Gesture {
-        let held = sight.links.iter().rev().filter_map(|text| Some((text, breccia_engine::Link::parse(text)?)));
-        let held = held.into_iter().find(|(_, link)| !pin.output && link.to_node == pin.node && link.to_socket == pin.socket);
+        let held =
+            sight.links.iter().rev().filter_map(|text| Some((text, breccia_engine::Link::parse(text)?)));
+        let held = held
+            .into_iter()
+            .find(|(_, link)| !pin.output && link.to_node == pin.node && link.to_socket == pin.socket);
         match held {
             Some((text, link)) => Gesture::Wire {
                 from: Pin { node: link.from_node, socket: link.from_socket, output: true },
@@ -576,7 +657,9 @@ impl Canvas {
         let target = self.near(&from);
         if let (Some(picked), Some(target)) = (&picked, &target) {
             // Put back where it was.
-            if breccia_engine::Link::parse(picked).is_some_and(|link| link.to_node == target.node && link.to_socket == target.socket) {
+            if breccia_engine::Link::parse(picked)
+                .is_some_and(|link| link.to_node == target.node && link.to_socket == target.socket)
+            {
                 return;
             }
         }
@@ -586,10 +669,15 @@ impl Canvas {
                 let Some((output, input)) = pair(&from, &target) else { return };
                 match joinable(sight, (output.clone(), input.clone())) {
                     Ok(()) => actions.push(Action::Connect(output, input)),
-                    Err(refusal) if refusal.conversions.is_empty() => actions.push(Action::Say(refusal.reason)),
+                    Err(refusal) if refusal.conversions.is_empty() => {
+                        actions.push(Action::Say(refusal.reason))
+                    }
                     Err(refusal) => {
                         actions.push(Action::Say(format!("{}: pick a node that converts", refusal.reason)));
-                        actions.push(Action::Palette { at: place(self.pointer), joint: Some(Joint::Between(output, input)) });
+                        actions.push(Action::Palette {
+                            at: place(self.pointer),
+                            joint: Some(Joint::Between(output, input)),
+                        });
                     }
                 }
             }
@@ -605,7 +693,12 @@ impl Canvas {
             Gesture::Box(from) => {
                 let rect = Rect::from_two_pos(self.to_screen(*from), self.to_screen(self.pointer));
                 ui.painter().rect_filled(rect, 0, sight.colors.selected.gamma_multiply(0.12));
-                ui.painter().rect_stroke(rect, 0, Stroke::new(1.0, sight.colors.selected), StrokeKind::Inside);
+                ui.painter().rect_stroke(
+                    rect,
+                    0,
+                    Stroke::new(1.0, sight.colors.selected),
+                    StrokeKind::Inside,
+                );
             }
             Gesture::Wire { from, .. } => {
                 let Some(start) = self.geometry.pins.get(from).map(|at| self.to_screen(*at)) else {
@@ -613,17 +706,26 @@ impl Canvas {
                     return;
                 };
                 let target = self.near(from);
-                let end = target.as_ref().and_then(|pin| self.geometry.pins.get(pin)).map_or(self.pointer, |at| *at);
+                let end = target
+                    .as_ref()
+                    .and_then(|pin| self.geometry.pins.get(pin))
+                    .map_or(self.pointer, |at| *at);
                 let end = self.to_screen(end);
                 let refusal = target.and_then(|pin| joinable(sight, pair(from, &pin)?).err());
-                let color = if refusal.is_some() { sight.colors.error } else { theme::socket(socket_type(sight, from)).0 };
+                let color = if refusal.is_some() {
+                    sight.colors.error
+                } else {
+                    theme::socket(socket_type(sight, from)).0
+                };
                 let points = if from.output { [start, end] } else { [end, start] };
                 links::draw(ui.painter(), &points, Stroke::new(2.5, color), true);
                 if let Some(refusal) = refusal {
                     label(ui, end + vec2(12.0, 14.0), &refusal.reason, sight);
                 }
                 // Escape lets go.
-                if ui.input(|i| i.key_pressed(eframe::egui::Key::Escape)) || !ui.input(|i| i.pointer.any_down() || i.pointer.any_released()) {
+                if ui.input(|i| i.key_pressed(eframe::egui::Key::Escape))
+                    || !ui.input(|i| i.pointer.any_down() || i.pointer.any_released())
+                {
                     self.gesture = Gesture::None;
                 }
             }
@@ -632,18 +734,31 @@ impl Canvas {
     }
 
     fn draw_legend(&self, ui: &Ui, sight: &Sight<'_>) {
-        let mut types: Vec<&str> = sight.shapes.values().flat_map(|s| s.inputs.iter().chain(&s.outputs)).map(|s| s.ty.as_str()).filter(|ty| !ty.is_empty()).collect();
+        let mut types: Vec<&str> = sight
+            .shapes
+            .values()
+            .flat_map(|s| s.inputs.iter().chain(&s.outputs))
+            .map(|s| s.ty.as_str())
+            .filter(|ty| !ty.is_empty())
+            .collect();
         types.sort_unstable();
         types.dedup();
         let size = vec2(132.0, 12.0 + 18.0 * types.len() as f32);
-        let rect = Rect::from_min_size(pos2(self.rect.left() + 10.0, self.rect.bottom() - size.y - 10.0), size);
+        let rect =
+            Rect::from_min_size(pos2(self.rect.left() + 10.0, self.rect.bottom() - size.y - 10.0), size);
         ui.painter().rect_filled(rect, 4, sight.colors.node.gamma_multiply(0.92));
         ui.painter().rect_stroke(rect, 4, Stroke::new(1.0, sight.colors.outline), StrokeKind::Inside);
         for (i, ty) in types.iter().enumerate() {
             let at = rect.min + vec2(14.0, 15.0 + 18.0 * i as f32);
             let (color, mark) = theme::socket(ty);
             theme::mark(ui.painter(), at, 5.0, mark, color, sight.colors.outline);
-            ui.painter().text(at + vec2(12.0, 0.0), Align2::LEFT_CENTER, ty, FontId::proportional(12.0), sight.colors.text);
+            ui.painter().text(
+                at + vec2(12.0, 0.0),
+                Align2::LEFT_CENTER,
+                ty,
+                FontId::proportional(12.0),
+                sight.colors.text,
+            );
         }
     }
 }
@@ -672,15 +787,16 @@ fn joinable(sight: &Sight<'_>, (output, input): (Pin, Pin)) -> Result<(), Refusa
 
 fn socket_type<'a>(sight: &'a Sight<'_>, pin: &Pin) -> &'a str {
     let shape = sight.shapes.get(&pin.node);
-    let socket = shape.and_then(|shape| if pin.output { shape.output(&pin.socket) } else { shape.input(&pin.socket) });
+    let socket =
+        shape.and_then(|shape| if pin.output { shape.output(&pin.socket) } else { shape.input(&pin.socket) });
     socket.map_or("", |socket| socket.ty.as_str())
 }
 
 fn label(ui: &Ui, at: Pos2, text: &str, sight: &Sight<'_>) {
-    let painter = ui.ctx().layer_painter(eframe::egui::LayerId::new(eframe::egui::Order::Tooltip, Id::new("refusal")));
+    let painter =
+        ui.ctx().layer_painter(eframe::egui::LayerId::new(eframe::egui::Order::Tooltip, Id::new("refusal")));
     let galley = painter.layout(text.to_owned(), FontId::proportional(13.0), Color32::WHITE, 360.0);
     let rect = Rect::from_min_size(at, galley.size()).expand(5.0);
     painter.rect_filled(rect, 4, sight.colors.error);
     painter.galley(at, galley, Color32::WHITE);
 }
-

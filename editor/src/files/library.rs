@@ -32,7 +32,8 @@ impl Library {
             let is_graph = path.extension().is_some_and(|extension| extension == "ron");
             is_graph.then(|| path.file_stem().map(|stem| stem.to_string_lossy().into_owned())).flatten()
         });
-        let mut found: Vec<_> = names.filter_map(|name| Some((name.clone(), self.group(&name).ok()?.docs))).collect();
+        let mut found: Vec<_> =
+            names.filter_map(|name| Some((name.clone(), self.group(&name).ok()?.docs))).collect();
         found.sort();
         found
     }
@@ -44,7 +45,8 @@ impl Library {
     pub fn group(&self, name: &str) -> Result<Group, String> {
         let path = self.path(name).ok_or_else(|| format!("`{name}` is no name of a group"))?;
         let bytes = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        let document = Document::parse_bytes(&bytes).map_err(|error| format!("{}: {error}", path.display()))?;
+        let document =
+            Document::parse_bytes(&bytes).map_err(|error| format!("{}: {error}", path.display()))?;
         let Document { docs, interface, nodes, links, groups, .. } = document;
         Ok(Group { docs, interface, nodes, links, groups, ..Group::default() })
     }
@@ -56,7 +58,9 @@ impl Library {
     pub fn keep(&self, name: &str, group: &Group) -> Result<(), String> {
         let path = self.path(name).ok_or_else(|| format!("`{name}` is no name of a group"))?;
         let Group { docs, interface, nodes, links, groups, .. } = group.clone();
-        let document = Document { title: name.to_owned(), docs, interface, nodes, links, groups, ..Document::default() };
-        super::write_whole(&path, document.to_ron().as_bytes()).map_err(|error| format!("{}: {error}", path.display()))
+        let document =
+            Document { title: name.to_owned(), docs, interface, nodes, links, groups, ..Document::default() };
+        super::write_whole(&path, document.to_ron().as_bytes())
+            .map_err(|error| format!("{}: {error}", path.display()))
     }
 }

@@ -9,7 +9,11 @@ use breccia_engine::{Document, Group, Registry};
 pub fn relative(path: &Path, folder: Option<&Path>) -> String {
     let within = folder.and_then(|folder| path.strip_prefix(folder).ok());
     let text = within.unwrap_or(path).to_string_lossy();
-    if std::path::MAIN_SEPARATOR == '/' { text.into_owned() } else { text.replace(std::path::MAIN_SEPARATOR, "/") }
+    if std::path::MAIN_SEPARATOR == '/' {
+        text.into_owned()
+    } else {
+        text.replace(std::path::MAIN_SEPARATOR, "/")
+    }
 }
 
 /// Rewrites the paths of a document that moves from one folder to another, so that they still name the same files.

@@ -66,5 +66,5 @@ mod tests {
         assert!(write_private(&path, b"one").is_err());
         assert!(path.join("taken").is_dir());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left over");
-            }
+    }
 }

@@ -41,22 +41,35 @@ pub fn document(
         shown.docs = if input.docs.is_empty() { shape.docs.clone() } else { input.docs.clone() };
         ui.weak(format!("{name} ({})", input.ty));
         let exposure = Exposure::Input(name.clone());
-        Row { node: &input.node, param: &shown, value: &value, set: entry.params.contains_key(&input.param), exposure: Some(&exposure), linkable: &[], enabled: editable }
-            .ui(ui, actions);
+        Row {
+            node: &input.node,
+            param: &shown,
+            value: &value,
+            set: entry.params.contains_key(&input.param),
+            exposure: Some(&exposure),
+            linkable: &[],
+            enabled: editable,
+        }
+        .ui(ui, actions);
     }
     if !interface.params.is_empty() {
         ui.separator();
         ui.strong("Parameters");
     }
     for (name, param) in &interface.params {
-        let first = param.targets.iter().filter_map(|target| target.split_once('.')).find_map(|(node, inner)| {
-            let shape = shapes.get(node)?.param(inner)?;
-            let own = level.nodes.get(node)?.params.get(inner).cloned();
-            Some((node, inner, shape, own))
-        });
+        let first =
+            param.targets.iter().filter_map(|target| target.split_once('.')).find_map(|(node, inner)| {
+                let shape = shapes.get(node)?.param(inner)?;
+                let own = level.nodes.get(node)?.params.get(inner).cloned();
+                Some((node, inner, shape, own))
+            });
         let Some((node, _, shape, own)) = first else { continue };
         let mut shown = shape.clone();
-        shown.docs = format!("{}\n\nSets {}.", if param.docs.is_empty() { &shape.docs } else { &param.docs }, param.targets.iter().map(|t| format!("`{t}`")).collect::<Vec<_>>().join(", "));
+        shown.docs = format!(
+            "{}\n\nSets {}.",
+            if param.docs.is_empty() { &shape.docs } else { &param.docs },
+            param.targets.iter().map(|t| format!("`{t}`")).collect::<Vec<_>>().join(", ")
+        );
         let set = param.default.is_some() || own.is_some();
         let value = param.default.clone().or(own).unwrap_or_else(|| shape.default.clone());
         let value = match (&value, &shape.default) {
@@ -67,7 +80,16 @@ pub fn document(
             ui.weak(name);
         }
         let exposure = Exposure::Param(name.clone());
-        Row { node, param: &shown, value: &value, set, exposure: Some(&exposure), linkable: &[], enabled: editable }.ui(ui, actions);
+        Row {
+            node,
+            param: &shown,
+            value: &value,
+            set,
+            exposure: Some(&exposure),
+            linkable: &[],
+            enabled: editable,
+        }
+        .ui(ui, actions);
     }
     if !interface.outputs.is_empty() {
         ui.separator();
@@ -75,9 +97,12 @@ pub fn document(
     }
     for (name, output) in &interface.outputs {
         ui.horizontal(|ui| {
-            let pin = crate::action::Pin { node: output.node.clone(), socket: output.socket.clone(), output: true };
+            let pin =
+                crate::action::Pin { node: output.node.clone(), socket: output.socket.clone(), output: true };
             let look = ui.small_button("Look at");
-            look.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Look at output {name}")));
+            look.widget_info(|| {
+                WidgetInfo::labeled(WidgetType::Button, true, format!("Look at output {name}"))
+            });
             if look.clicked() {
                 actions.push(Action::Watch(pin));
             }
@@ -87,7 +112,9 @@ pub fn document(
     }
     if level.nodes.is_empty() {
         ui.separator();
-        ui.weak("An empty graph. Press Tab for a node, drop a picture on the window, or start from a preset.");
+        ui.weak(
+            "An empty graph. Press Tab for a node, drop a picture on the window, or start from a preset.",
+        );
     }
 }
 
@@ -103,7 +130,12 @@ fn title(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
     }
     CollapsingHeader::new("About").default_open(state.document.nodes.len() < 40).show(ui, |ui| {
         let mut docs = state.document.docs.clone();
-        let response = ui.add(TextEdit::multiline(&mut docs).desired_rows(3).desired_width(f32::INFINITY).hint_text("What the graph does"));
+        let response = ui.add(
+            TextEdit::multiline(&mut docs)
+                .desired_rows(3)
+                .desired_width(f32::INFINITY)
+                .hint_text("What the graph does"),
+        );
         response.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "What the graph does"));
         if response.changed() {
             actions.push(Action::Docs(docs));

@@ -50,7 +50,9 @@ pub fn node(ui: &mut Ui, subject: &Subject<'_>, actions: &mut Vec<Action>) {
     for param in &shape.params {
         let exposure = exposure(subject.state, subject.at, name, &param.name);
         let shared = match (&exposure, interface) {
-            (Some(Exposure::Param(name)), Some(interface)) => interface.params.get(name).and_then(|p| p.default.clone()),
+            (Some(Exposure::Param(name)), Some(interface)) => {
+                interface.params.get(name).and_then(|p| p.default.clone())
+            }
             _ => None,
         };
         let own = subject.entry.params.get(&param.name).cloned();
@@ -103,7 +105,9 @@ fn heading(ui: &mut Ui, subject: &Subject<'_>, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         let id = ui.make_persistent_id("node name");
         let mut draft = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| name.to_owned());
-        let field = TextEdit::singleline(&mut draft).id(eframe::egui::Id::new("node name field")).desired_width(190.0);
+        let field = TextEdit::singleline(&mut draft)
+            .id(eframe::egui::Id::new("node name field"))
+            .desired_width(190.0);
         let response = ui.add_enabled(subject.editable, field.font(eframe::egui::TextStyle::Heading));
         response.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Name of the node"));
         if response.has_focus() {
@@ -165,9 +169,19 @@ fn linkable(subject: &Subject<'_>, param: &crate::model::ParamShape) -> Vec<Stri
     };
     let own = format!("{}.{}", subject.name, param.name);
     let fits = |targets: &Vec<String>| {
-        !targets.contains(&own) && targets.iter().filter_map(|t| kind(t)).all(|found| found == std::mem::discriminant(&param.kind))
+        !targets.contains(&own)
+            && targets
+                .iter()
+                .filter_map(|t| kind(t))
+                .all(|found| found == std::mem::discriminant(&param.kind))
     };
-    level.interface.params.iter().filter(|(_, exposed)| fits(&exposed.targets)).map(|(name, _)| name.clone()).collect()
+    level
+        .interface
+        .params
+        .iter()
+        .filter(|(_, exposed)| fits(&exposed.targets))
+        .map(|(name, _)| name.clone())
+        .collect()
 }
 
 fn unknown_params(subject: &Subject<'_>) -> Vec<(String, String)> {
@@ -178,7 +192,8 @@ fn unknown_params(subject: &Subject<'_>) -> Vec<(String, String)> {
 fn outputs(ui: &mut Ui, subject: &Subject<'_>, actions: &mut Vec<Action>) {
     let offered = |socket: &str| {
         let level = subject.state.level(subject.at)?;
-        let found = level.interface.outputs.iter().find(|(_, o)| o.node == subject.name && o.socket == socket);
+        let found =
+            level.interface.outputs.iter().find(|(_, o)| o.node == subject.name && o.socket == socket);
         found.map(|(name, _)| name.clone())
     };
     if !subject.shape.outputs.is_empty() {
@@ -190,15 +205,23 @@ fn outputs(ui: &mut Ui, subject: &Subject<'_>, actions: &mut Vec<Action>) {
             ui.label(&socket.name).on_hover_text(&socket.docs);
             ui.weak(&socket.ty);
             let look = ui.small_button("Look at");
-            look.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Look at {}", socket.name)));
+            look.widget_info(|| {
+                WidgetInfo::labeled(WidgetType::Button, true, format!("Look at {}", socket.name))
+            });
             if look.clicked() {
                 actions.push(Action::Watch(pin.clone()));
             }
             let name = offered(&socket.name);
             let mut on = name.is_some();
-            let hint = name.map_or("Offer as an output of the graph".into(), |name| format!("An output of the graph, `{name}`"));
-            let response = ui.add_enabled(subject.editable, eframe::egui::Checkbox::new(&mut on, "output")).on_hover_text(hint);
-            response.widget_info(|| WidgetInfo::selected(WidgetType::Checkbox, true, on, format!("{} is an output", socket.name)));
+            let hint = name.map_or("Offer as an output of the graph".into(), |name| {
+                format!("An output of the graph, `{name}`")
+            });
+            let response = ui
+                .add_enabled(subject.editable, eframe::egui::Checkbox::new(&mut on, "output"))
+                .on_hover_text(hint);
+            response.widget_info(|| {
+                WidgetInfo::selected(WidgetType::Checkbox, true, on, format!("{} is an output", socket.name))
+            });
             if response.changed() {
                 actions.push(Action::Output(pin));
             }

@@ -40,8 +40,12 @@ impl Row<'_> {
                     ui.weak(format!("{}; default {}", self.param.kind.describe(), self.param.default));
                 });
                 if self.set {
-                    let reset = ui.add(Button::new("↺").small().frame(false)).on_hover_text(format!("Back to the default, {}", self.param.default));
-                    reset.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Reset {label}")));
+                    let reset = ui
+                        .add(Button::new("↺").small().frame(false))
+                        .on_hover_text(format!("Back to the default, {}", self.param.default));
+                    reset.widget_info(|| {
+                        WidgetInfo::labeled(WidgetType::Button, true, format!("Reset {label}"))
+                    });
                     if reset.clicked() {
                         actions.push(set(node, param, None, false));
                         actions.push(Action::EndDrag);
@@ -85,12 +89,17 @@ impl Row<'_> {
             }
             for to in self.linkable {
                 if ui.button(format!("Link to {to}")).clicked() {
-                    actions.push(Action::LinkParam { node: node.clone(), param: param.clone(), to: to.clone() });
+                    actions.push(Action::LinkParam {
+                        node: node.clone(),
+                        param: param.clone(),
+                        to: to.clone(),
+                    });
                     ui.close();
                 }
             }
         });
-        menu.response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Exposing {label}")));
+        menu.response
+            .widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Exposing {label}")));
         let (at, color) = (menu.response.rect.center(), ui.style().interact(&menu.response).text_color());
         ui.painter().circle_stroke(at, 4.0, Stroke::new(1.2, color));
         if self.exposure.is_some() {

@@ -63,7 +63,12 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
             let response = if narrow {
                 ui.spacing_mut().slider_width = (ui.available_width() - 96.0).clamp(40.0, 160.0);
                 let logarithmic = *min >= 0.0 && max - min > 100.0;
-                ui.add(Slider::new(&mut number, *min..=*max).logarithmic(logarithmic).smallest_positive(step.min(0.01)).suffix(suffix))
+                ui.add(
+                    Slider::new(&mut number, *min..=*max)
+                        .logarithmic(logarithmic)
+                        .smallest_positive(step.min(0.01))
+                        .suffix(suffix),
+                )
             } else {
                 let speed = step.max(before.abs() * 0.01);
                 ui.add(DragValue::new(&mut number).range(*min..=*max).speed(speed).suffix(suffix))
@@ -75,10 +80,13 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
             }
         }
         (ParamKind::Choice(choices), ParamValue::Text(chosen)) => {
-            let combo = ComboBox::from_id_salt(label).selected_text(chosen).width(ui.available_width().min(180.0));
+            let combo =
+                ComboBox::from_id_salt(label).selected_text(chosen).width(ui.available_width().min(180.0));
             let response = combo.show_ui(ui, |ui| {
                 for (name, docs) in *choices {
-                    if ui.selectable_label(chosen == name, *name).on_hover_text(*docs).clicked() && chosen != name {
+                    if ui.selectable_label(chosen == name, *name).on_hover_text(*docs).clicked()
+                        && chosen != name
+                    {
                         change.value = Some(ParamValue::Text((*name).to_owned()));
                     }
                 }
@@ -90,7 +98,9 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
                 let width = (ui.available_width() - 52.0).max(40.0);
                 text(ui, label, path, width, "no file", &mut change);
                 let response = ui.button("Pick…").on_hover_text("Picks a file");
-                response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Pick a file for {label}")));
+                response.widget_info(|| {
+                    WidgetInfo::labeled(WidgetType::Button, true, format!("Pick a file for {label}"))
+                });
                 change.pick = response.clicked();
             });
         }
@@ -134,7 +144,8 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
         }
         (_, found) => {
             // A value of another kind than the parameter takes: it is shown as it is, and can be put right as text or reset.
-            ui.colored_label(ui.visuals().error_fg_color, format!("{found}")).on_hover_text(format!("Expected {}", kind.describe()));
+            ui.colored_label(ui.visuals().error_fg_color, format!("{found}"))
+                .on_hover_text(format!("Expected {}", kind.describe()));
         }
     }
     change
@@ -196,7 +207,8 @@ fn seed(ui: &mut Ui, label: &str, number: &mut i64, min: i64, max: i64, change: 
 fn text(ui: &mut Ui, label: &str, value: &str, width: f32, hint: &str, change: &mut Change) {
     let id = ui.make_persistent_id(("text", label));
     let mut draft = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| value.to_owned());
-    let response = ui.add(TextEdit::singleline(&mut draft).id(id.with("field")).desired_width(width).hint_text(hint));
+    let response =
+        ui.add(TextEdit::singleline(&mut draft).id(id.with("field")).desired_width(width).hint_text(hint));
     let response = named(response, label, WidgetType::TextEdit);
     if response.has_focus() {
         ui.data_mut(|data| data.insert_temp(id, draft));
@@ -226,7 +238,9 @@ fn row<T: Copy>(
         }
         if numbers.len() < most {
             let more = ui.small_button("+").on_hover_text("One number more");
-            more.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("More numbers for {label}")));
+            more.widget_info(|| {
+                WidgetInfo::labeled(WidgetType::Button, true, format!("More numbers for {label}"))
+            });
             if more.clicked() {
                 numbers.push(fresh);
                 change.released = true;
@@ -234,7 +248,9 @@ fn row<T: Copy>(
         }
         if numbers.len() > least {
             let fewer = ui.small_button("−").on_hover_text("One number less");
-            fewer.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Fewer numbers for {label}")));
+            fewer.widget_info(|| {
+                WidgetInfo::labeled(WidgetType::Button, true, format!("Fewer numbers for {label}"))
+            });
             if fewer.clicked() {
                 numbers.pop();
                 change.released = true;
@@ -247,7 +263,8 @@ fn row<T: Copy>(
 fn color(ui: &mut Ui, label: &str, numbers: &mut [f64], change: &mut Change) {
     let [r, g, b] = numbers else { return };
     let mut rgb = [*r as f32, *g as f32, *b as f32];
-    let response = named(ui.color_edit_button_rgb(&mut rgb), &format!("{label} as a colour"), WidgetType::ColorButton);
+    let response =
+        named(ui.color_edit_button_rgb(&mut rgb), &format!("{label} as a colour"), WidgetType::ColorButton);
     change.note(&response);
     if response.changed() {
         (*r, *g, *b) = (f64::from(rgb[0]), f64::from(rgb[1]), f64::from(rgb[2]));
@@ -259,7 +276,8 @@ fn bytes(ui: &mut Ui, label: &str, numbers: &mut [i64], change: &mut Change) {
     let [r, g, b] = numbers else { return };
     let byte = |n: i64| n.clamp(0, 255) as u8;
     let mut rgb = [byte(*r), byte(*g), byte(*b)];
-    let response = named(ui.color_edit_button_srgb(&mut rgb), &format!("{label} as a colour"), WidgetType::ColorButton);
+    let response =
+        named(ui.color_edit_button_srgb(&mut rgb), &format!("{label} as a colour"), WidgetType::ColorButton);
     change.note(&response);
     if response.changed() {
         (*r, *g, *b) = (rgb[0].into(), rgb[1].into(), rgb[2].into());

@@ -83,7 +83,8 @@ fn columns(nodes: &BTreeSet<String>, links: &[(String, String)]) -> Vec<Vec<Stri
     let mut late = depth.clone();
     for _ in 0..=last {
         for (from, _) in links {
-            let next = links.iter().filter(|(f, _)| f == from).filter_map(|(_, to)| late.get(to.as_str())).min();
+            let next =
+                links.iter().filter(|(f, _)| f == from).filter_map(|(_, to)| late.get(to.as_str())).min();
             if let Some(wanted) = next.and_then(|d| d.checked_sub(1)) {
                 if let Some(d) = late.get_mut(from.as_str()).filter(|d| **d < wanted) {
                     *d = wanted;
@@ -154,7 +155,8 @@ pub fn align(state: &mut State, at: &Address, nodes: &BTreeSet<String>, to: Alig
         Alignment::Top => (1, false),
         Alignment::Bottom => (1, true),
     };
-    let edge = |name: &str, place: &Place| place.at[axis].saturating_add(if far { size(name)[axis] } else { 0 });
+    let edge =
+        |name: &str, place: &Place| place.at[axis].saturating_add(if far { size(name)[axis] } else { 0 });
     let edges = layout.nodes.iter().filter(|(n, _)| nodes.contains(*n)).map(|(n, p)| edge(n, p));
     let Some(line) = (if far { edges.max() } else { edges.min() }) else { return };
     for (name, place) in layout.nodes.iter_mut().filter(|(n, _)| nodes.contains(*n)) {

@@ -41,7 +41,9 @@ fn gather(state: &State, at: &Address, entry: &NodeEntry, groups: &mut BTreeMap<
     groups.insert(name.clone(), group.clone());
     for inner in group.nodes.values() {
         // What the group holds itself comes along with it.
-        if let Some((found, _)) = body(&state.document, &address, inner).filter(|(found, _)| found.0.len() <= at.0.len() + 1) {
+        if let Some((found, _)) =
+            body(&state.document, &address, inner).filter(|(found, _)| found.0.len() <= at.0.len() + 1)
+        {
             let owner = Address(found.0[..found.0.len().saturating_sub(1)].to_vec());
             gather(state, &owner, inner, groups);
         }
@@ -52,13 +54,24 @@ fn gather(state: &State, at: &Address, entry: &NodeEntry, groups: &mut BTreeMap<
 ///
 /// # Errors
 /// If the text is no document with nodes.
-pub fn paste(state: &mut State, at: &Address, text: &str, place: [i32; 2]) -> Result<BTreeSet<String>, String> {
+pub fn paste(
+    state: &mut State,
+    at: &Address,
+    text: &str,
+    place: [i32; 2],
+) -> Result<BTreeSet<String>, String> {
     paste_named(state, at, text, place).map(|names| names.into_values().collect())
 }
 
 /// As [`paste`], with what each node was called.
-fn paste_named(state: &mut State, at: &Address, text: &str, place: [i32; 2]) -> Result<BTreeMap<String, String>, String> {
-    let copied = State::new(Document::parse(text).map_err(|error| format!("what was copied is no graph: {error}"))?);
+fn paste_named(
+    state: &mut State,
+    at: &Address,
+    text: &str,
+    place: [i32; 2],
+) -> Result<BTreeMap<String, String>, String> {
+    let copied =
+        State::new(Document::parse(text).map_err(|error| format!("what was copied is no graph: {error}"))?);
     if copied.document.nodes.is_empty() {
         return Err("what was copied holds no nodes".into());
     }
@@ -85,7 +98,8 @@ fn paste_named(state: &mut State, at: &Address, text: &str, place: [i32; 2]) -> 
         level.nodes.insert(name.clone(), entry);
         let offset = i32::try_from(i).unwrap_or(0).saturating_mul(24);
         let mut found = layout.nodes.get(&old).copied().unwrap_or_default();
-        let from = if layout.nodes.contains_key(&old) { found.at } else { [corner[0] + offset, corner[1] + offset] };
+        let from =
+            if layout.nodes.contains_key(&old) { found.at } else { [corner[0] + offset, corner[1] + offset] };
         found.at = [0, 1].map(|i| from[i].saturating_sub(corner[i]).saturating_add(place[i]));
         places.push((name.clone(), found));
         names.insert(old, name);

@@ -44,7 +44,10 @@ fn changed<T: Clone + PartialEq>(old: &T, new: &T) -> Option<(T, T)> {
     (old != new).then(|| (old.clone(), new.clone()))
 }
 
-fn entries<K: Ord + Clone, V: Clone + PartialEq>(old: &BTreeMap<K, V>, new: &BTreeMap<K, V>) -> Entries<K, V> {
+fn entries<K: Ord + Clone, V: Clone + PartialEq>(
+    old: &BTreeMap<K, V>,
+    new: &BTreeMap<K, V>,
+) -> Entries<K, V> {
     let mut found: Entries<K, V> = Vec::new();
     for (key, was) in old {
         match new.get(key) {
@@ -86,7 +89,9 @@ impl Diff {
         let (a, b) = (&old.document, &new.document);
         let mut layouts = Vec::new();
         let none = Layout::default();
-        for name in old.layouts.keys().chain(new.layouts.keys().filter(|name| !old.layouts.contains_key(*name))) {
+        for name in
+            old.layouts.keys().chain(new.layouts.keys().filter(|name| !old.layouts.contains_key(*name)))
+        {
             let (was, is) = (old.layouts.get(name), new.layouts.get(name));
             if was != is {
                 let there = [was.is_some(), is.is_some()];

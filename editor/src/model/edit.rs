@@ -88,7 +88,8 @@ fn leads(links: &[String], from: &str, to: &str) -> bool {
 pub fn connect(state: &mut State, at: &Address, link: &Link, arity: Arity) -> Result<(), Refusal> {
     let Some(level) = state.level_mut(at) else { return Ok(()) };
     if leads(level.links, &link.to_node, &link.from_node) {
-        let reason = format!("`{}` needs `{}` already: they would wait for each other", link.from_node, link.to_node);
+        let reason =
+            format!("`{}` needs `{}` already: they would wait for each other", link.from_node, link.to_node);
         return Err(Refusal { reason, conversions: Vec::new() });
     }
     let text = link.to_string();
@@ -131,7 +132,8 @@ pub fn delete(state: &mut State, at: &Address, nodes: &BTreeSet<String>) {
     let Some(level) = state.level_mut(at) else { return };
     level.nodes.retain(|name, _| !nodes.contains(name));
     level.links.retain(|link| {
-        Link::parse(link).is_none_or(|link| !nodes.contains(&link.from_node) && !nodes.contains(&link.to_node))
+        Link::parse(link)
+            .is_none_or(|link| !nodes.contains(&link.from_node) && !nodes.contains(&link.to_node))
     });
     forget(level.interface, nodes);
     if let Some(layout) = state.layouts.get_mut(&at.text()) {
@@ -201,11 +203,25 @@ pub fn rename(state: &mut State, at: &Address, node: &str, to: &str) -> Option<S
 }
 
 /// Moves nodes and frames.
-pub fn move_by(state: &mut State, at: &Address, nodes: &BTreeSet<String>, frames: &BTreeSet<u32>, by: [i32; 2]) {
+pub fn move_by(
+    state: &mut State,
+    at: &Address,
+    nodes: &BTreeSet<String>,
+    frames: &BTreeSet<u32>,
+    by: [i32; 2],
+) {
     let layout = state.layout_mut(at);
     let shift = |p: &mut [i32; 2]| *p = [p[0].saturating_add(by[0]), p[1].saturating_add(by[1])];
-    layout.nodes.iter_mut().filter(|(name, _)| nodes.contains(*name)).for_each(|(_, place)| shift(&mut place.at));
-    layout.frames.iter_mut().filter(|(id, _)| frames.contains(id)).for_each(|(_, frame)| shift(&mut frame.at));
+    layout
+        .nodes
+        .iter_mut()
+        .filter(|(name, _)| nodes.contains(*name))
+        .for_each(|(_, place)| shift(&mut place.at));
+    layout
+        .frames
+        .iter_mut()
+        .filter(|(id, _)| frames.contains(id))
+        .for_each(|(_, frame)| shift(&mut frame.at));
 }
 
 /// Shows only headings, or all.
@@ -249,7 +265,15 @@ pub fn add_frame(state: &mut State, at: &Address, frame: Frame) -> u32 {
 ///
 /// # Errors
 /// If the nodes would wait for each other.
-pub fn insert_between(state: &mut State, at: &Address, link: &Link, node: &str, shape: &Shape, types: [&str; 2], arity: Arity) -> Result<(), Refusal> {
+pub fn insert_between(
+    state: &mut State,
+    at: &Address,
+    link: &Link,
+    node: &str,
+    shape: &Shape,
+    types: [&str; 2],
+    arity: Arity,
+) -> Result<(), Refusal> {
     let input = shape.inputs.iter().find(|input| input.ty == types[0]);
     let output = shape.outputs.iter().find(|output| output.ty == types[1]);
     let (Some(input), Some(output)) = (input, output) else {
@@ -266,7 +290,15 @@ pub fn insert_between(state: &mut State, at: &Address, link: &Link, node: &str, 
 ///
 /// # Errors
 /// If the node does not fit there.
-pub fn insert_on_link(state: &mut State, at: &Address, link: &str, node: &str, shape: &Shape, ty: &str, arity: Arity) -> Result<(), Refusal> {
+pub fn insert_on_link(
+    state: &mut State,
+    at: &Address,
+    link: &str,
+    node: &str,
+    shape: &Shape,
+    ty: &str,
+    arity: Arity,
+) -> Result<(), Refusal> {
     let Some(parsed) = Link::parse(link) else { return Ok(()) };
     disconnect(state, at, &[link.to_owned()]);
     insert_between(state, at, &parsed, node, shape, [ty, ty], arity)
@@ -275,7 +307,8 @@ pub fn insert_on_link(state: &mut State, at: &Address, link: &str, node: &str, s
 /// Offers a node's output on the graph.
 pub fn offer_output(state: &mut State, at: &Address, name: &str, node: &str, socket: &str, docs: &str) {
     if let Some(level) = state.level_mut(at) {
-        let output = InterfaceOutput { docs: docs.to_owned(), node: node.to_owned(), socket: socket.to_owned() };
+        let output =
+            InterfaceOutput { docs: docs.to_owned(), node: node.to_owned(), socket: socket.to_owned() };
         level.interface.outputs.insert(name.to_owned(), output);
     }
 }

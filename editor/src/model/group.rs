@@ -2,7 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use breccia_engine::{Document, Group, InterfaceInput, InterfaceOutput, InterfaceParam, Link, NodeEntry, ParamValue};
+use breccia_engine::{
+    Document, Group, InterfaceInput, InterfaceOutput, InterfaceParam, Link, NodeEntry, ParamValue,
+};
 
 use super::edit::{tidy, unique};
 use super::layout::{Layout, Place};
@@ -64,7 +66,9 @@ pub fn group(
                     .clone();
                 let input = made.interface.inputs.entry(name.clone()).or_insert_with(|| InterfaceInput {
                     ty: sources.get(&source).cloned().unwrap_or_default(),
-                    docs: docs(shapes.get(&link.to_node).and_then(|s| Some(s.input(&link.to_socket)?.docs.clone()))),
+                    docs: docs(
+                        shapes.get(&link.to_node).and_then(|s| Some(s.input(&link.to_socket)?.docs.clone())),
+                    ),
                     ..InterfaceInput::default()
                 });
                 let first = input.targets.is_empty();
@@ -100,7 +104,8 @@ pub fn group(
     }
     for input in level.interface.inputs.values_mut() {
         for target in &mut input.targets {
-            let Some((node, socket)) = target.split_once('.').filter(|(node, _)| nodes.contains(*node)) else {
+            let Some((node, socket)) = target.split_once('.').filter(|(node, _)| nodes.contains(*node))
+            else {
                 continue;
             };
             let inner_name = unique(&made.interface.inputs, socket);
@@ -169,14 +174,19 @@ pub fn ungroup(state: &mut State, at: &Address, node: &str) -> Result<Vec<String
     if entry.ty != "flow.group" {
         return Err(format!("`{node}` is no group that could be taken apart"));
     }
-    let (address, found) = body(&state.document, at, &entry).ok_or_else(|| format!("`{node}` has no group"))?;
+    let (address, found) =
+        body(&state.document, at, &entry).ok_or_else(|| format!("`{node}` has no group"))?;
     if !found.file.is_empty() {
-        return Err(format!("the group stands in the file `{}`: make it part of the graph first", found.file));
+        return Err(format!(
+            "the group stands in the file `{}`: make it part of the graph first",
+            found.file
+        ));
     }
     let found = found.clone();
     let inner_layout = state.layouts.get(&address.text()).cloned().unwrap_or_default();
     let Some(level) = state.level_mut(at) else { return Err("there is no such graph".into()) };
-    let nested: Vec<_> = found.groups.iter().filter(|(name, group)| level.groups.get(*name) != Some(group)).collect();
+    let nested: Vec<_> =
+        found.groups.iter().filter(|(name, group)| level.groups.get(*name) != Some(group)).collect();
     if let Some((name, _)) = nested.iter().find(|(name, _)| level.groups.contains_key(*name)) {
         return Err(format!("the group holds another group `{name}`, a name that is taken here"));
     }
@@ -228,7 +238,8 @@ pub fn ungroup(state: &mut State, at: &Address, node: &str) -> Result<Vec<String
     for (name, param) in &found.interface.params {
         let value = entry.params.get(name).or(param.default.as_ref());
         for (inner, param) in param.targets.iter().filter_map(|target| target.split_once('.')) {
-            if let (Some(value), Some(entry)) = (value, names.get(inner).and_then(|n| level.nodes.get_mut(n))) {
+            if let (Some(value), Some(entry)) = (value, names.get(inner).and_then(|n| level.nodes.get_mut(n)))
+            {
                 entry.params.insert(param.to_owned(), value.clone());
             }
         }

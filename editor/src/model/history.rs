@@ -40,7 +40,8 @@ impl History {
         }
         self.steps.truncate(self.done);
         let merges = |step: &Step| merge.is_some() && step.merge.as_deref() == merge;
-        if let Some(last) = self.steps.last_mut().filter(|step| merges(step) && self.saved != Some(self.done)) {
+        if let Some(last) = self.steps.last_mut().filter(|step| merges(step) && self.saved != Some(self.done))
+        {
             last.diff = last.diff.then(&diff, after);
             if last.diff.is_empty() {
                 self.steps.pop();

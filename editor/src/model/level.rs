@@ -72,7 +72,11 @@ impl<'a> Level<'a> {
     /// The graph at an address.
     pub fn of(document: &'a Document, at: &Address) -> Option<Self> {
         let Some(group) = find(document, at)? else {
-            return Some(Self { nodes: &document.nodes, links: &document.links, interface: &document.interface });
+            return Some(Self {
+                nodes: &document.nodes,
+                links: &document.links,
+                interface: &document.interface,
+            });
         };
         Some(Self { nodes: &group.nodes, links: &group.links, interface: &group.interface })
     }
@@ -91,7 +95,11 @@ fn find<'a>(document: &'a Document, at: &Address) -> Option<Option<&'a Group>> {
 }
 
 /// The group that a node of a graph stands for, and where it is; the innermost of that name that can be seen from there.
-pub(super) fn body<'a>(document: &'a Document, at: &Address, entry: &NodeEntry) -> Option<(Address, &'a Group)> {
+pub(super) fn body<'a>(
+    document: &'a Document,
+    at: &Address,
+    entry: &NodeEntry,
+) -> Option<(Address, &'a Group)> {
     let Some(ParamValue::Text(name)) = entry.params.get("body") else { return None };
     (0..=at.0.len()).rev().find_map(|depth| {
         let address = Address(at.0.get(..depth)?.to_vec()).within(name);

@@ -63,7 +63,14 @@ pub fn set_exposed(state: &mut State, at: &Address, name: &str, value: Option<Pa
 }
 
 /// Offers a parameter to whoever runs the graph. `file` is the type of what a file parameter's node reads.
-pub fn expose(state: &mut State, at: &Address, node: &str, param: &str, file: Option<&str>, docs: &str) -> Option<String> {
+pub fn expose(
+    state: &mut State,
+    at: &Address,
+    node: &str,
+    param: &str,
+    file: Option<&str>,
+    docs: &str,
+) -> Option<String> {
     if let Some(found) = exposure(state, at, node, param) {
         return Some(found.name().to_owned());
     }
@@ -81,7 +88,8 @@ pub fn expose(state: &mut State, at: &Address, node: &str, param: &str, file: Op
         return Some(name);
     }
     let name = unique(&level.interface.params, param);
-    let exposed = InterfaceParam { docs: docs.to_owned(), targets: vec![format!("{node}.{param}")], default: None };
+    let exposed =
+        InterfaceParam { docs: docs.to_owned(), targets: vec![format!("{node}.{param}")], default: None };
     level.interface.params.insert(name.clone(), exposed);
     Some(name)
 }
@@ -111,7 +119,14 @@ pub fn unexpose(state: &mut State, at: &Address, node: &str, param: &str) {
 }
 
 /// Lets an exposed parameter set a further one: the two are one from now on.
-pub fn link_param(state: &mut State, at: &Address, node: &str, param: &str, name: &str, current: &ParamValue) {
+pub fn link_param(
+    state: &mut State,
+    at: &Address,
+    node: &str,
+    param: &str,
+    name: &str,
+    current: &ParamValue,
+) {
     unexpose(state, at, node, param);
     let Some(level) = state.level_mut(at) else { return };
     let Some(exposed) = level.interface.params.get_mut(name) else { return };

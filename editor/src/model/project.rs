@@ -111,7 +111,8 @@ impl Project {
 
     /// What stands in the window's title.
     pub fn name(&self) -> String {
-        let file = self.path.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
+        let file =
+            self.path.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
         file.or_else(|| self.origin.clone()).unwrap_or_else(|| "untitled".to_owned())
     }
 }

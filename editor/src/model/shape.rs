@@ -95,7 +95,13 @@ impl Shape {
 pub type Targets = Vec<String>;
 
 /// What a node looks like. `document` has its groups included, so that those in files are known too; `name` is the node's.
-pub fn shape_of(document: &Document, registry: &Registry, at: &Address, name: &str, entry: &NodeEntry) -> Shape {
+pub fn shape_of(
+    document: &Document,
+    registry: &Registry,
+    at: &Address,
+    name: &str,
+    entry: &NodeEntry,
+) -> Shape {
     shape(document, registry, at, name, entry, 0)
 }
 
@@ -209,7 +215,12 @@ fn placeholder(document: &Document, at: &Address, name: &str, entry: &NodeEntry)
         }
     }
     let socket = |arity| {
-        move |name: String| Socket { name, ty: String::new(), arity, docs: "Of a type that is not known here.".into() }
+        move |name: String| Socket {
+            name,
+            ty: String::new(),
+            arity,
+            docs: "Of a type that is not known here.".into(),
+        }
     };
     Shape {
         known: false,

@@ -49,16 +49,16 @@ impl State {
     /// The document with its layouts, as it is written.
     pub fn to_document(&self) -> Document {
         let mut document = self.document.clone();
-        let layouts =
-            self.layouts
-                .iter()
-                .filter(|(_, layout)| !layout.is_empty())
-                .filter_map(|(address, layout)| {
-                    let text = ron::to_string(layout).ok()?;
-                    let value: Value = text.parse().ok()?;
-                    Some::<(Value, Value)>((Value::String(address.clone()), value))
-                })
-                .collect::<ron::Map>();
+        let layouts = self
+            .layouts
+            .iter()
+            .filter(|(_, layout)| !layout.is_empty())
+            .filter_map(|(address, layout)| {
+                let text = ron::to_string(layout).ok()?;
+                let value: Value = text.parse().ok()?;
+                Some::<(Value, Value)>((Value::String(address.clone()), value))
+            })
+            .collect::<ron::Map>();
         if !layouts.is_empty() {
             let mut map = match document.editor {
                 Value::Map(map) => map,

@@ -26,7 +26,9 @@ fn link(text: &str) -> Link {
 fn shapes(state: &State, at: &Address) -> BTreeMap<String, Shape> {
     let registry = registry();
     let level = state.level(at).expect("a graph");
-    let shape = |(name, entry): (&String, &NodeEntry)| (name.clone(), shape_of(&state.document, &registry, at, name, entry));
+    let shape = |(name, entry): (&String, &NodeEntry)| {
+        (name.clone(), shape_of(&state.document, &registry, at, name, entry))
+    };
     level.nodes.iter().map(shape).collect()
 }
 
@@ -80,10 +82,13 @@ fn a_drag_is_one_step() {
     project.settle(|state| arrange_missing(state, &at, &|_| [184, 120]));
     let first = text_of(project.state());
     for _ in 0..50 {
-        project.edit("Move", Some("move"), |state| move_by(state, &at, &names(&["slab"]), &BTreeSet::new(), [1, 0]));
+        project.edit("Move", Some("move"), |state| {
+            move_by(state, &at, &names(&["slab"]), &BTreeSet::new(), [1, 0])
+        });
     }
     project.seal();
-    project.edit("Move", Some("move"), |state| move_by(state, &at, &names(&["slab"]), &BTreeSet::new(), [1, 0]));
+    project
+        .edit("Move", Some("move"), |state| move_by(state, &at, &names(&["slab"]), &BTreeSet::new(), [1, 0]));
     project.undo();
     project.undo();
     assert_eq!(text_of(project.state()), first);
@@ -118,11 +123,16 @@ fn a_link_that_closes_a_circle_is_refused() {
 #[test]
 fn types_that_do_not_fit_are_refused_with_what_converts_them() {
     let registry = registry();
-    let socket = |ty: &str| Socket { name: "s".into(), ty: ty.into(), arity: Arity::One, docs: String::new() };
+    let socket =
+        |ty: &str| Socket { name: "s".into(), ty: ty.into(), arity: Arity::One, docs: String::new() };
     assert!(compatible(&registry, &socket("mesh"), &socket("mesh")).is_ok());
     let refusal = compatible(&registry, &socket("volume"), &socket("solid")).expect_err("different types");
     assert!(refusal.reason.contains("volume") && refusal.reason.contains("solid"));
-    assert!(refusal.conversions.iter().any(|(ty, ..)| ty == "solid.from_volume"), "{:?}", refusal.conversions);
+    assert!(
+        refusal.conversions.iter().any(|(ty, ..)| ty == "solid.from_volume"),
+        "{:?}",
+        refusal.conversions
+    );
 }
 
 #[test]
@@ -130,7 +140,11 @@ fn renaming_reaches_links_and_the_interface() {
     let registry = registry();
     let mut state = preset("lazy_mesh");
     arrange_missing(&mut state, &root(), &|_| [184, 120]);
-    assert_eq!(rename(&mut state, &root(), "bake", "picture").as_deref(), Some("picture_2"), "taken names give way");
+    assert_eq!(
+        rename(&mut state, &root(), "bake", "picture").as_deref(),
+        Some("picture_2"),
+        "taken names give way"
+    );
     rename(&mut state, &root(), "photo", "stones");
     assert!(Graph::new(&state.to_document(), &registry).is_ok());
     assert_eq!(state.document.interface.outputs["mesh"].node, "picture_2");
@@ -150,9 +164,11 @@ fn same_results(a: &State, b: &State) {
     let registry = registry();
     let run = |state: &State| {
         let graph = Graph::new(&state.to_document(), &registry).expect("a valid graph");
-        let engine = breccia_engine::Engine::builder().threads(1).build(registry.clone().into()).expect("an engine");
+        let engine =
+            breccia_engine::Engine::builder().threads(1).build(registry.clone().into()).expect("an engine");
         let graph = std::sync::Arc::new(graph);
-        let result = engine.run(&graph, &["volume"], &breccia_engine::CancelToken::default(), &|_| {}).expect("a run");
+        let result =
+            engine.run(&graph, &["volume"], &breccia_engine::CancelToken::default(), &|_| {}).expect("a run");
         assert!(result.failures.is_empty(), "{:?}", result.failures);
         result.outputs["volume"].digest()
     };
@@ -173,7 +189,8 @@ fn grouping_and_ungrouping_change_no_result() {
     let mut state = plain.clone();
     arrange_missing(&mut state, &root(), &|_| [184, 120]);
     let known = shapes(&state, &root());
-    let made = group(&mut state, &root(), &names(&["checker", "volume"]), &|name| known.get(name).cloned()).expect("a group");
+    let made = group(&mut state, &root(), &names(&["checker", "volume"]), &|name| known.get(name).cloned())
+        .expect("a group");
     assert_eq!(state.document.nodes.len(), 2);
     let seen = shapes(&state, &root());
     assert_eq!(seen[&made].outputs.iter().map(|o| o.ty.as_str()).collect::<Vec<_>>(), ["volume"]);
@@ -208,7 +225,13 @@ fn copies_are_linked_as_the_originals_were() {
     assert_eq!(pasted, names(&["slab_2", "jitter_2"]));
     assert!(state.document.links.contains(&"slab_2.initial -> jitter_2.initial".to_owned()));
     assert!(!state.document.links.iter().any(|link| link.ends_with("slab_2.pyramid")));
-    let doubled = duplicate(&mut state, &root(), &names(&["slab"]), &copy(&state.clone(), &root(), &names(&["slab"])).expect("a node"), [0, 0]);
+    let doubled = duplicate(
+        &mut state,
+        &root(),
+        &names(&["slab"]),
+        &copy(&state.clone(), &root(), &names(&["slab"])).expect("a node"),
+        [0, 0],
+    );
     assert_eq!(doubled.expect("a node"), names(&["slab_3"]));
     assert!(state.document.links.contains(&"pyramid.pyramid -> slab_3.pyramid".to_owned()));
 }
@@ -231,7 +254,11 @@ fn exposing_and_linking_parameters() {
     assert_eq!(state.document.nodes["slab"].params["start"], ParamValue::Text("random".into()));
     link_param(&mut state, &at, "usage", "seed", "seed", &ParamValue::Int(0));
     set_param(&mut state, &at, "usage", "seed", Some(ParamValue::Int(7)));
-    assert_eq!(state.document.interface.params["seed"].default, Some(ParamValue::Int(7)), "linked parameters are one");
+    assert_eq!(
+        state.document.interface.params["seed"].default,
+        Some(ParamValue::Int(7)),
+        "linked parameters are one"
+    );
     assert!(Graph::new(&state.to_document(), &registry).is_ok());
     unexpose(&mut state, &at, "slab", "start");
     assert!(!state.document.interface.params.contains_key(&name));
@@ -247,11 +274,19 @@ fn nodes_are_laid_out_from_left_to_right_without_overlap() {
         let places: Vec<_> = layout.nodes.values().map(|place| place.at).collect();
         for (i, a) in places.iter().enumerate() {
             for b in &places[i + 1..] {
-                assert!((a[0] - b[0]).abs() >= 184 || (a[1] - b[1]).abs() >= 140, "{}: {a:?} {b:?}", preset.name);
+                assert!(
+                    (a[0] - b[0]).abs() >= 184 || (a[1] - b[1]).abs() >= 140,
+                    "{}: {a:?} {b:?}",
+                    preset.name
+                );
             }
         }
         for link in state.document.links.iter().filter_map(|link| Link::parse(link)) {
-            assert!(layout.nodes[&link.from_node].at[0] < layout.nodes[&link.to_node].at[0], "{}: {link}", preset.name);
+            assert!(
+                layout.nodes[&link.from_node].at[0] < layout.nodes[&link.to_node].at[0],
+                "{}: {link}",
+                preset.name
+            );
         }
     }
 }

@@ -80,7 +80,10 @@ impl Board {
 
     /// Nodes that compute now, and how far they are.
     pub fn running(&self) -> impl Iterator<Item = (&str, f32)> {
-        self.nodes.iter().filter(|(_, s)| s.phase == Phase::Running).map(|(name, s)| (name.as_str(), s.fraction))
+        self.nodes
+            .iter()
+            .filter(|(_, s)| s.phase == Phase::Running)
+            .map(|(name, s)| (name.as_str(), s.fraction))
     }
 
     /// The graph has changed: what was true may not be any more.

@@ -25,13 +25,23 @@ pub struct Checked {
 
 /// Looks over a document. One node that is not wired yet must not keep the others from running, so nodes with problems are
 /// left out, and those that need them.
-pub fn check(document: &Document, registry: &Registry, folder: Option<&Path>, files: &dyn FileSource) -> Checked {
+pub fn check(
+    document: &Document,
+    registry: &Registry,
+    folder: Option<&Path>,
+    files: &dyn FileSource,
+) -> Checked {
     let mut included = document.clone();
     let folder = folder.unwrap_or(Path::new(""));
     let include_error = included.include(folder, files).err().map(|error| error.to_string());
     let included = Arc::new(included);
-    let mut checked =
-        Checked { included: Arc::clone(&included), include_error, problems: Vec::new(), broken: BTreeSet::new(), graph: None };
+    let mut checked = Checked {
+        included: Arc::clone(&included),
+        include_error,
+        problems: Vec::new(),
+        broken: BTreeSet::new(),
+        graph: None,
+    };
     let mut part = (*included).clone();
     part.editor = ron::Value::Unit;
     for round in 0..ROUNDS {
@@ -95,7 +105,9 @@ fn remove(document: &mut Document, gone: &BTreeSet<String>) {
     document.nodes.retain(|name, _| !gone.contains(name));
     let nodes = &document.nodes;
     let there = |node: &str| nodes.contains_key(node);
-    document.links.retain(|link| Link::parse(link).is_some_and(|link| there(&link.from_node) && there(&link.to_node)));
+    document
+        .links
+        .retain(|link| Link::parse(link).is_some_and(|link| there(&link.from_node) && there(&link.to_node)));
     let target = |target: &String| target.split_once('.').is_some_and(|(node, _)| there(node));
     let interface = &mut document.interface;
     interface.outputs.retain(|_, output| there(&output.node));

@@ -14,7 +14,16 @@ pub fn draft(graph: &Graph) -> Graph {
             let value = match params.get(name) {
                 Some(ParamValue::Int(n)) => ParamValue::Int(smaller(*n)),
                 Some(ParamValue::List(items)) => ParamValue::List(
-                    items.iter().map(|item| if let ParamValue::Int(n) = item { ParamValue::Int(smaller(*n)) } else { item.clone() }).collect(),
+                    items
+                        .iter()
+                        .map(|item| {
+                            if let ParamValue::Int(n) = item {
+                                ParamValue::Int(smaller(*n))
+                            } else {
+                                item.clone()
+                            }
+                        })
+                        .collect(),
                 ),
                 _ => continue,
             };

@@ -58,7 +58,9 @@ fn cut(solid: &dyn Solid, control: &dyn Control) -> Option<Thumbnail> {
 /// A picture no larger than a thumbnail: the mean of the pixels that fall together.
 fn shrunk(image: &Image) -> Thumbnail {
     let longest = image.width().max(image.height()).max(1);
-    let edge = |n: u32| if longest <= EDGE { n } else { (u64::from(n) * u64::from(EDGE) / u64::from(longest)).max(1) as u32 };
+    let edge = |n: u32| {
+        if longest <= EDGE { n } else { (u64::from(n) * u64::from(EDGE) / u64::from(longest)).max(1) as u32 }
+    };
     let (width, height) = (edge(image.width()), edge(image.height()));
     let span = |i: u32, n: u32, of: u32| {
         let at = |i: u32| (u64::from(i) * u64::from(of) / u64::from(n)) as u32;
@@ -71,7 +73,11 @@ fn shrunk(image: &Image) -> Thumbnail {
             for v in span(y, height, image.height()) {
                 for u in span(x, width, image.width()) {
                     let [r, g, b] = image.rgb8(u, v);
-                    let alpha = if image.channels() == 4 { (image.get(u, v, 3).clamp(0.0, 1.0) * 255.0 + 0.5) as u8 } else { 255 };
+                    let alpha = if image.channels() == 4 {
+                        (image.get(u, v, 3).clamp(0.0, 1.0) * 255.0 + 0.5) as u8
+                    } else {
+                        255
+                    };
                     for (sum, byte) in sum.iter_mut().zip([r, g, b, alpha]) {
                         *sum += u32::from(byte);
                     }

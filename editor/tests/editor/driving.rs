@@ -32,7 +32,10 @@ fn nodes_are_added_wired_edited_run_undone_saved_and_opened_again() {
     desk.frames(3);
     add(&mut desk, "solid.checker");
     add(&mut desk, "solid.to_volume");
-    assert_eq!(desk.app().project().state().document.nodes.keys().collect::<Vec<_>>(), ["checker", "to_volume"]);
+    assert_eq!(
+        desk.app().project().state().document.nodes.keys().collect::<Vec<_>>(),
+        ["checker", "to_volume"]
+    );
 
     command(&mut desk, Command::SelectAll);
     command(&mut desk, Command::Arrange);
@@ -47,7 +50,9 @@ fn nodes_are_added_wired_edited_run_undone_saved_and_opened_again() {
     desk.frames(2);
     desk.harness.key_press(Key::ArrowRight);
     desk.frames(2);
-    let noise = |desk: &mut Desk| desk.app().project().state().document.nodes["checker"].params.get("noise").map(ToString::to_string);
+    let noise = |desk: &mut Desk| {
+        desk.app().project().state().document.nodes["checker"].params.get("noise").map(ToString::to_string)
+    };
     assert_eq!(noise(&mut desk).as_deref(), Some("11"));
 
     let pin = Pin { node: "to_volume".into(), socket: "volume".into(), output: true };
@@ -96,7 +101,17 @@ fn every_control_has_a_name() {
             let about = node.accesskit_node();
             let name = about.label().or_else(|| about.value());
             let role = format!("{:?}", about.role());
-            let controls = ["Button", "CheckBox", "ComboBox", "ColorWell", "Link", "RadioButton", "Slider", "SpinButton", "TextInput"];
+            let controls = [
+                "Button",
+                "CheckBox",
+                "ComboBox",
+                "ColorWell",
+                "Link",
+                "RadioButton",
+                "Slider",
+                "SpinButton",
+                "TextInput",
+            ];
             let is_control = controls.contains(&role.as_str());
             if is_control && name.is_none_or(|name| name.trim().is_empty()) && !about.is_disabled() {
                 nameless.push(format!("{role} at {:?}", about.bounding_box()));
@@ -141,12 +156,20 @@ fn one_change_computes_only_what_hangs_on_it_and_marks_the_rest_stale() {
     desk.wait();
     assert_eq!(desk.app().board().get("volume").map(|s| s.phase), Some(breccia_editor::run::Phase::Done));
     assert!(desk.app().board().get("cut").is_none(), "nobody looks at it");
-    let set = |value| Action::Set { node: "volume".into(), param: "size".into(), value: Some(value), dragging: false };
+    let set = |value| Action::Set {
+        node: "volume".into(),
+        param: "size".into(),
+        value: Some(value),
+        dragging: false,
+    };
     desk.app().act(set(breccia_engine::ParamValue::Int(24)), &ctx);
     assert!(desk.app().results()["volume.volume"].stale, "the last good result stays, marked");
     desk.wait();
     assert!(!desk.app().results()["volume.volume"].stale);
-    assert!(matches!(desk.app().board().get("checker").map(|s| s.phase), Some(breccia_editor::run::Phase::Cached(_))));
+    assert!(matches!(
+        desk.app().board().get("checker").map(|s| s.phase),
+        Some(breccia_editor::run::Phase::Cached(_))
+    ));
 }
 
 #[test]
@@ -239,6 +262,6 @@ fn the_window_looks_as_it_did() {
     command(&mut desk, Command::Viewport);
     desk.frames(6);
     // Drivers differ in the last bit of edges, fonts do not.
-    let options = SnapshotOptions::new().threshold(1.0).failed_pixel_count_threshold(400);
+    let options = SnapshotOptions::new().threshold(1.0).max_failed_pixels(400);
     desk.harness.snapshot_options("hybrid_mesh", &options);
 }

@@ -52,19 +52,30 @@ fn pin(dice: &mut Dice, nodes: &[(String, NodeEntry)]) -> Option<Pin> {
     let (node, entry) = dice.one(nodes)?;
     let ty = registry().node(&entry.ty)?;
     let output = dice.below(2) == 0;
-    let sockets: Vec<String> = if output { &ty.spec.outputs } else { &ty.spec.inputs }.iter().map(|s| s.name.to_owned()).collect();
+    let sockets: Vec<String> =
+        if output { &ty.spec.outputs } else { &ty.spec.inputs }.iter().map(|s| s.name.to_owned()).collect();
     Some(Pin { node: node.clone(), socket: dice.one(&sockets)?.clone(), output })
 }
 
 fn value(dice: &mut Dice, kind: &ParamKind) -> ParamValue {
     match kind {
         ParamKind::Bool => ParamValue::Bool(dice.below(2) == 0),
-        ParamKind::Int { min, max } => ParamValue::Int((*min).max((*max).min(min.saturating_add(dice.below(300) as i64 - 5)))),
+        ParamKind::Int { min, max } => {
+            ParamValue::Int((*min).max((*max).min(min.saturating_add(dice.below(300) as i64 - 5))))
+        }
         ParamKind::Float { .. } => ParamValue::Float(dice.below(1000) as f64 / 250.0 - 1.0),
-        ParamKind::Choice(choices) => ParamValue::Text(dice.one(choices).map_or(String::new(), |c| c.0.to_owned())),
-        ParamKind::Ints { .. } => ParamValue::List((0..dice.below(4)).map(|_| ParamValue::Int(dice.below(64) as i64)).collect()),
-        ParamKind::Floats { .. } => ParamValue::List((0..dice.below(4)).map(|_| ParamValue::Float(dice.below(64) as f64)).collect()),
-        _ => ParamValue::Text(["", "level", "group", "no/such.png", "builtin:cobbles/color_64.png"][dice.below(5)].to_owned()),
+        ParamKind::Choice(choices) => {
+            ParamValue::Text(dice.one(choices).map_or(String::new(), |c| c.0.to_owned()))
+        }
+        ParamKind::Ints { .. } => {
+            ParamValue::List((0..dice.below(4)).map(|_| ParamValue::Int(dice.below(64) as i64)).collect())
+        }
+        ParamKind::Floats { .. } => {
+            ParamValue::List((0..dice.below(4)).map(|_| ParamValue::Float(dice.below(64) as f64)).collect())
+        }
+        _ => ParamValue::Text(
+            ["", "level", "group", "no/such.png", "builtin:cobbles/color_64.png"][dice.below(5)].to_owned(),
+        ),
     }
 }
 
@@ -72,8 +83,11 @@ fn action(dice: &mut Dice, desk: &mut Desk, types: &[String]) -> Option<Action> 
     let nodes = nodes(desk);
     let names: Vec<String> = nodes.iter().map(|(name, _)| name.clone()).collect();
     let at = desk.app().trail().address();
-    let links: Vec<String> = desk.app().project().state().level(&at).map_or(Vec::new(), |level| level.links.to_vec());
-    let some = |dice: &mut Dice| -> BTreeSet<String> { (0..dice.below(6)).filter_map(|_| dice.one(&names).cloned()).collect() };
+    let links: Vec<String> =
+        desk.app().project().state().level(&at).map_or(Vec::new(), |level| level.links.to_vec());
+    let some = |dice: &mut Dice| -> BTreeSet<String> {
+        (0..dice.below(6)).filter_map(|_| dice.one(&names).cloned()).collect()
+    };
     if nodes.len() > NODES {
         let ctx = desk.harness.ctx.clone();
         let many = names.iter().take(NODES / 2).cloned().collect();
@@ -92,7 +106,11 @@ fn action(dice: &mut Dice, desk: &mut Desk, types: &[String]) -> Option<Action> 
         }
         3..=5 => Action::Connect(pin(dice, &nodes)?, pin(dice, &nodes)?),
         6 => Action::Disconnect(vec![dice.one(&links)?.clone()]),
-        7 | 8 => Action::Select(Selection { nodes: some(dice), links: dice.one(&links).into_iter().cloned().collect(), frames: [dice.below(4) as u32].into() }),
+        7 | 8 => Action::Select(Selection {
+            nodes: some(dice),
+            links: dice.one(&links).into_iter().cloned().collect(),
+            frames: [dice.below(4) as u32].into(),
+        }),
         9 => Action::Move(dice.place()),
         10 => Action::EndDrag,
         11 => Action::Bend(dice.one(&links)?.clone(), (0..dice.below(3)).map(|_| dice.place()).collect()),
@@ -111,20 +129,48 @@ fn action(dice: &mut Dice, desk: &mut Desk, types: &[String]) -> Option<Action> 
                 0 => Action::Expose { node, param },
                 1 => Action::Unexpose { node, param },
                 _ => {
-                    let exposed: Vec<String> = desk.app().project().state().document.interface.params.keys().cloned().collect();
+                    let exposed: Vec<String> =
+                        desk.app().project().state().document.interface.params.keys().cloned().collect();
                     Action::LinkParam { node, param, to: dice.one(&exposed)?.clone() }
                 }
             }
         }
-        15 => Action::Rename(dice.one(&names)?.clone(), ["a", "b c", "", "bake", "ä", "x.y"][dice.below(6)].to_owned()),
+        15 => Action::Rename(
+            dice.one(&names)?.clone(),
+            ["a", "b c", "", "bake", "ä", "x.y"][dice.below(6)].to_owned(),
+        ),
         16 => Action::Output(pin(dice, &nodes)?),
-        17 => Action::Align([Alignment::Left, Alignment::Right, Alignment::Top, Alignment::Bottom][dice.below(4)]),
+        17 => Action::Align(
+            [Alignment::Left, Alignment::Right, Alignment::Top, Alignment::Bottom][dice.below(4)],
+        ),
         18 => Action::SizeFrame(dice.below(4) as u32, dice.place()),
-        19 => if dice.below(2) == 0 { Action::Enter(dice.one(&names)?.clone()) } else { Action::Leave(dice.below(3)) },
+        19 => {
+            if dice.below(2) == 0 {
+                Action::Enter(dice.one(&names)?.clone())
+            } else {
+                Action::Leave(dice.below(3))
+            }
+        }
         20 => Action::DropOnLink { node: dice.one(&names)?.clone(), link: dice.one(&links)?.clone() },
         _ => {
-            let leaves = [Command::Quit, Command::New, Command::Open, Command::Reload, Command::Save, Command::SaveAs, Command::ImportBundle, Command::ExportBundle, Command::ExportOutput, Command::Live, Command::Run, Command::SaveGroup, Command::Larger, Command::Smaller];
-            let commands: Vec<Command> = Command::ALL.iter().copied().filter(|c| !leaves.contains(c)).collect();
+            let leaves = [
+                Command::Quit,
+                Command::New,
+                Command::Open,
+                Command::Reload,
+                Command::Save,
+                Command::SaveAs,
+                Command::ImportBundle,
+                Command::ExportBundle,
+                Command::ExportOutput,
+                Command::Live,
+                Command::Run,
+                Command::SaveGroup,
+                Command::Larger,
+                Command::Smaller,
+            ];
+            let commands: Vec<Command> =
+                Command::ALL.iter().copied().filter(|c| !leaves.contains(c)).collect();
             Action::Command(*dice.one(&commands)?)
         }
     })
@@ -139,8 +185,20 @@ fn event(dice: &mut Dice, desk: &mut Desk) {
         1 => harness.drag_at(at),
         2 => harness.drop_at(at),
         3 => {
-            let keys = [Key::Tab, Key::Escape, Key::Enter, Key::ArrowDown, Key::Backspace, Key::V, Key::L, Key::M, Key::G, Key::F1];
-            let modifiers = [Modifiers::NONE, Modifiers::COMMAND, Modifiers::SHIFT, Modifiers::ALT][dice.below(4)];
+            let keys = [
+                Key::Tab,
+                Key::Escape,
+                Key::Enter,
+                Key::ArrowDown,
+                Key::Backspace,
+                Key::V,
+                Key::L,
+                Key::M,
+                Key::G,
+                Key::F1,
+            ];
+            let modifiers =
+                [Modifiers::NONE, Modifiers::COMMAND, Modifiers::SHIFT, Modifiers::ALT][dice.below(4)];
             // Files are not to be opened.
             harness.key_press_modifiers(modifiers, keys[dice.below(keys.len())]);
         }
@@ -152,8 +210,14 @@ fn event(dice: &mut Dice, desk: &mut Desk) {
         }),
         _ => {
             for pressed in [true, false] {
-                let button = [PointerButton::Primary, PointerButton::Secondary, PointerButton::Middle][dice.below(3)];
-                harness.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE });
+                let button =
+                    [PointerButton::Primary, PointerButton::Secondary, PointerButton::Middle][dice.below(3)];
+                harness.event(egui::Event::PointerButton {
+                    pos: at,
+                    button,
+                    pressed,
+                    modifiers: Modifiers::NONE,
+                });
             }
         }
     }
@@ -165,13 +229,19 @@ fn check(state: &State) {
         let mut seen = BTreeSet::new();
         for text in links {
             let link = Link::parse(text).unwrap_or_else(|| panic!("{at}: no link: {text}"));
-            assert!(nodes.contains_key(&link.from_node) && nodes.contains_key(&link.to_node), "{at}: a link from or to nowhere: {text}");
+            assert!(
+                nodes.contains_key(&link.from_node) && nodes.contains_key(&link.to_node),
+                "{at}: a link from or to nowhere: {text}"
+            );
             assert_ne!(link.from_node, link.to_node, "{at}: a node that waits for itself");
             assert!(seen.insert(text.clone()), "{at}: a link twice: {text}");
         }
         assert!(acyclic(nodes, links), "{at}: nodes that wait for each other");
     };
-    fn groups(found: &std::collections::BTreeMap<String, Group>, check: &dyn Fn(&std::collections::BTreeMap<String, NodeEntry>, &[String], &str)) {
+    fn groups(
+        found: &std::collections::BTreeMap<String, Group>,
+        check: &dyn Fn(&std::collections::BTreeMap<String, NodeEntry>, &[String], &str),
+    ) {
         for (name, group) in found {
             check(&group.nodes, &group.links, name);
             groups(&group.groups, check);
@@ -185,14 +255,18 @@ fn check(state: &State) {
         assert!(there(&output.node), "output {name} of nowhere");
     }
     for (name, param) in &document.interface.params {
-        assert!(param.targets.iter().all(|t| t.split_once('.').is_some_and(|(node, _)| there(node))), "parameter {name} of nowhere");
+        assert!(
+            param.targets.iter().all(|t| t.split_once('.').is_some_and(|(node, _)| there(node))),
+            "parameter {name} of nowhere"
+        );
     }
     if let Some(layout) = state.layout(&Address::default()) {
         assert!(layout.nodes.keys().all(|node| there(node)), "a place of nothing");
         assert!(layout.bends.keys().all(|link| document.links.contains(link)), "bends of nothing");
     }
     let text = text_of(state);
-    let read = Document::parse(&text).unwrap_or_else(|error| panic!("what is written cannot be read: {error}\n{text}"));
+    let read = Document::parse(&text)
+        .unwrap_or_else(|error| panic!("what is written cannot be read: {error}\n{text}"));
     assert_eq!(text_of(&State::new(read)), text);
 }
 

@@ -36,23 +36,24 @@ pub struct Desk {
 
 /// Whether there is an adapter to draw on; where tests must have one there is.
 pub fn has_adapter() -> bool {
-    breccia_shaders::Gpu::open(Default::default()).is_ok() || std::env::var_os("BRECCIA_REQUIRE_DEVICE").is_some()
+    breccia_shaders::Gpu::open(Default::default()).is_ok()
+        || std::env::var_os("BRECCIA_REQUIRE_DEVICE").is_some()
 }
 
 /// Opens the editor; `drawn` with a device to draw on, and so with the viewport.
 pub fn open(graph: Option<&str>, drawn: bool) -> Desk {
     let folder = tempfile::tempdir().expect("a folder");
     let answers = Answers::default();
-    let settings = Settings {
-        threads: 2,
-        cache: None,
-        state: Some(folder.path().join("state")),
-        ..Settings::default()
-    };
+    let settings =
+        Settings { threads: 2, cache: None, state: Some(folder.path().join("state")), ..Settings::default() };
     let picker = Box::new(Prepared(Rc::clone(&answers)));
-    let builder = Harness::builder().with_size([1280.0, 720.0]).with_max_steps(64).with_theme(eframe::egui::Theme::Dark);
+    let builder = Harness::builder()
+        .with_size([1280.0, 720.0])
+        .with_max_steps(64)
+        .with_theme(eframe::egui::Theme::Dark);
     let builder = if drawn { builder.wgpu_setup(wgpu_options().wgpu_setup) } else { builder };
-    let harness = builder.build_eframe(|creation| Window::new(creation, settings, picker, graph).expect("a window"));
+    let harness =
+        builder.build_eframe(|creation| Window::new(creation, settings, picker, graph).expect("a window"));
     Desk { harness, answers, folder }
 }
 

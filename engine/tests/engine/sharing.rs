@@ -45,7 +45,10 @@ fn what_another_run_wants_too_goes_on_when_one_is_cancelled() {
         cancel.cancel();
         (first.join().unwrap(), second.join().unwrap())
     });
-    assert!(cancelled.0 && cancelled.1 < Duration::from_millis(1100), "who cancels does not wait: {cancelled:?}");
+    assert!(
+        cancelled.0 && cancelled.1 < Duration::from_millis(1100),
+        "who cancels does not wait: {cancelled:?}"
+    );
     assert_eq!((trace.computed(), trace.number("s.out")), (vec![], 1200));
     assert!(run(&engine, &graph, &["s.out"]).warnings().is_empty(), "nothing went on too long");
 }

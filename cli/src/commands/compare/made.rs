@@ -11,9 +11,9 @@ use breccia_nodes::io::write_npy;
 use super::super::run::failures;
 use super::{Compare, output};
 use crate::exit::{Code, Failure};
+use crate::graphs;
 use crate::inputs::{self, Assignment};
 use crate::interrupt::Interrupt;
-use crate::graphs;
 
 /// The name under which the volume is handed on.
 pub(super) const HELD: &str = "the volume that the graph made";
