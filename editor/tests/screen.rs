@@ -118,16 +118,16 @@ fn a_graph_is_edited_saved_and_recovered_after_a_crash() {
     std::fs::write(&graph, text).expect("a file");
 
     let mut editor = screen.editor(home.path(), &graph);
-    let window = screen.window("^plain.ron – Breccia$");
+    let window = screen.window("^plain.ron - Breccia$");
     screen.keys(&window, &["ctrl+a", "ctrl+d"]);
-    let window = screen.window("^● plain.ron – Breccia$");
+    let window = screen.window("^[*] plain.ron - Breccia$");
     screen.keys(&window, &["ctrl+s"]);
-    let window = screen.window("^plain.ron – Breccia$");
+    let window = screen.window("^plain.ron - Breccia$");
     let saved = std::fs::read_to_string(&graph).expect("a saved graph");
     assert!(saved.contains("checker_2"), "{saved}");
 
     screen.keys(&window, &["ctrl+a", "ctrl+d"]);
-    screen.window("^● plain.ron – Breccia$");
+    screen.window("^[*] plain.ron - Breccia$");
     let begun = Instant::now();
     while copies(home.path()).is_empty() {
         assert!(begun.elapsed() < PATIENCE, "no copy is kept of what is not saved");
@@ -144,6 +144,6 @@ fn a_graph_is_edited_saved_and_recovered_after_a_crash() {
 
     // The next start offers it, and an orderly end leaves nothing of its own behind.
     let _again = screen.editor(home.path(), &graph);
-    screen.window("^plain.ron – Breccia$");
+    screen.window("^plain.ron - Breccia$");
     assert_eq!(copies(home.path()).len(), 1);
 }

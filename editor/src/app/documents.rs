@@ -273,27 +273,19 @@ impl App {
         let mut answered = Vec::new();
         self.picking.retain(|picked| match picked.answer.try_recv() {
             Ok(answer) => {
-                answered.push((picked.want.clone(), answer));
+                answered.push((picked.want.clone(), answer, picked.asked.elapsed()));
                 false
             }
             Err(std::sync::mpsc::TryRecvError::Empty) => true,
             Err(std::sync::mpsc::TryRecvError::Disconnected) => false,
         });
-        for (want, path) in answered {
-            let Some(path) = path else { continue };
-            match want {
-                Want::Open => self.leave_document(After::Open(path), ctx),
-                Want::Save(_) => {
-                    let saved = self.save_to(&path);
-                    if let (true, Some(after)) = (saved, self.then.take()) {
-                        self.go_on(after, ctx);
-                    }
+        for (want, path, after) in answered {
+            match path {
+                Some(path) => self.answer(want, path, ctx),
+                None if after < super::paths::NO_DIALOG => {
+                    self.path_sheet = Some(super::paths::PathSheet::new(want, self.project.folder()));
                 }
-                Want::Import => self.leave_document(After::Import(path), ctx),
-                Want::Export(_) => self.export(&path),
-                Want::Param(node, param, _) => self.set_file(&node, &param, &path, ctx),
-                Want::Output(..) => self.write_watched(path),
-                Want::Made(files) => self.write_made(&path, &files),
+                None => self.then = None,
             }
         }
         let said: Vec<String> = self.writing.iter().filter_map(|receiver| receiver.try_recv().ok()).collect();
@@ -303,6 +295,24 @@ impl App {
         said.into_iter().for_each(|text| self.say(text));
         if !self.picking.is_empty() || !self.writing.is_empty() {
             ctx.request_repaint_after(std::time::Duration::from_millis(100));
+        }
+    }
+
+    /// Does what a path was asked for.
+    pub(super) fn answer(&mut self, want: Want, path: PathBuf, ctx: &Context) {
+        match want {
+            Want::Open => self.leave_document(After::Open(path), ctx),
+            Want::Save(_) => {
+                let saved = self.save_to(&path);
+                if let (true, Some(after)) = (saved, self.then.take()) {
+                    self.go_on(after, ctx);
+                }
+            }
+            Want::Import => self.leave_document(After::Import(path), ctx),
+            Want::Export(_) => self.export(&path),
+            Want::Param(node, param, _) => self.set_file(&node, &param, &path, ctx),
+            Want::Output(..) => self.write_watched(path),
+            Want::Made(files) => self.write_made(&path, &files),
         }
     }
 

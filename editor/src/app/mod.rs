@@ -5,6 +5,7 @@ mod drop;
 mod level;
 mod memory;
 mod panels;
+mod paths;
 mod perform;
 mod picker;
 mod running;
@@ -90,6 +91,7 @@ pub struct App {
     question: Option<Question>,
     picker: Box<dyn Picker>,
     picking: Vec<Picked>,
+    path_sheet: Option<paths::PathSheet>,
 
     board: Board,
     live: bool,
@@ -174,6 +176,7 @@ impl App {
             question: None,
             picker,
             picking: Vec::new(),
+            path_sheet: None,
             board: Board::default(),
             dragging: false,
             drafted: false,

@@ -34,8 +34,8 @@ impl App {
     /// What happens after everything is drawn and done.
     pub(super) fn after(&mut self, ctx: &Context) {
         self.keep_safe(ctx);
-        let mark = if self.project.is_dirty() { "● " } else { "" };
-        let title = format!("{mark}{} – Breccia", self.project.name());
+        let mark = if self.project.is_dirty() { "* " } else { "" };
+        let title = format!("{mark}{} - Breccia", self.project.name());
         if title != self.title {
             ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;
@@ -145,6 +145,7 @@ impl App {
                 self.palette = None;
             }
         }
+        self.path_sheet(&ctx);
         super::drop::hint(&ctx);
     }
 
@@ -491,10 +492,7 @@ impl App {
         let asked = viewport.ui(ui, &scene);
         for action in asked {
             match action {
-                ViewAction::Save { files, .. } => {
-                    let answer = self.picker.ask(&super::Want::Made(files.clone()));
-                    self.picking.push(super::Picked { want: super::Want::Made(files), answer });
-                }
+                ViewAction::Save { files, .. } => self.want(super::Want::Made(files)),
                 ViewAction::Say(text) => actions.push(Action::Say(text)),
             }
         }

@@ -1,6 +1,7 @@
 //! Doing what the user asks for.
 
 use std::collections::BTreeSet;
+use std::time::Instant;
 
 use breccia_engine::{Arity, Link, NodeEntry, NodeMode, ParamKind, ParamValue};
 use eframe::egui::{Context, Theme};
@@ -262,7 +263,7 @@ impl App {
     /// Asks for a file.
     pub(super) fn want(&mut self, want: Want) {
         let answer = self.picker.ask(&want);
-        self.picking.push(Picked { want, answer });
+        self.picking.push(Picked { want, answer, asked: Instant::now() });
     }
 
     fn offer(&mut self, pin: &Pin) {

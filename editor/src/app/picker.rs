@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, channel};
+use std::time::Instant;
 
 /// What a file is asked for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,6 +29,8 @@ pub struct Picked {
     pub want: Want,
     /// Where the answer comes: a path, or none if the user thought better of it.
     pub answer: Receiver<Option<PathBuf>>,
+    /// When it was asked for.
+    pub asked: Instant,
 }
 
 /// Something that asks the user for a file.

@@ -89,6 +89,7 @@ fn every_control_has_a_name() {
     let mut desk = open(Some("lazy_mesh"), false);
     command(&mut desk, Command::Live);
     command(&mut desk, Command::Stop);
+    command(&mut desk, Command::FitAll);
     for selected in [None, Some("synthesis"), Some("photo"), Some("bake")] {
         command(&mut desk, Command::SelectNone);
         if let Some(node) = selected {
@@ -188,7 +189,7 @@ fn an_error_names_the_node_and_the_rest_runs() {
     desk.harness.get_by_label_contains("problems").click();
     desk.frames(3);
     let shows: Vec<_> = desk.harness.query_all_by_label("Show bad").collect();
-    shows.first().expect("a problem of the node").click();
+    shows.first().expect("a problem of the node").click_accesskit();
     drop(shows);
     desk.frames(3);
     assert_eq!(desk.app().selection().single().map(String::as_str), Some("bad"));

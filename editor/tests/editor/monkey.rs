@@ -153,7 +153,9 @@ fn action(dice: &mut Dice, desk: &mut Desk, types: &[String]) -> Option<Action> 
         }
         20 => Action::DropOnLink { node: dice.one(&names)?.clone(), link: dice.one(&links)?.clone() },
         _ => {
+            // What would leave the document, or the program.
             let leaves = [
+                Command::Gallery,
                 Command::Quit,
                 Command::New,
                 Command::Open,
@@ -178,7 +180,8 @@ fn action(dice: &mut Dice, desk: &mut Desk, types: &[String]) -> Option<Action> 
 
 /// Something that hands and mice do.
 fn event(dice: &mut Dice, desk: &mut Desk) {
-    let at = pos2(dice.below(1280) as f32, dice.below(720) as f32);
+    // Below the menus and buttons, which lead away from the document.
+    let at = pos2(dice.below(1280) as f32, 60.0 + dice.below(630) as f32);
     let harness = &mut desk.harness;
     match dice.below(6) {
         0 => harness.hover_at(at),
