@@ -91,7 +91,10 @@ fn frames() {
                 harness.event(Event::PointerMoved(pos2(300.0 + i as f32, 300.0)));
                 let begun = Instant::now();
                 harness.step();
+                let shapes = harness.output().shapes.clone();
+                let triangles = harness.ctx.tessellate(shapes, 1.0);
                 cpu.push(begun.elapsed().as_secs_f64());
+                drop(triangles);
                 harness.render().expect("a picture");
                 whole.push(begun.elapsed().as_secs_f64());
             }

@@ -113,6 +113,7 @@ commands! {
     Minimap, "View", "Map", None, "Shows the whole graph in a corner.";
     Legend, "View", "Legend of sockets", None, "Tells which colour and shape is which type.";
     Inspector, "View", "Inspector", key(Key::F9), "Shows or hides the parameters.";
+    FocusInspector, "View", "Go to the inspector", key(Key::F8), "Gives the keyboard to the first control of the inspector; Tab goes on from there, Escape comes back.";
     Viewport, "View", "Viewport", key(Key::F10), "Shows or hides the viewport.";
     Theme, "View", "Light or dark", None, "Goes from the light to the dark theme and back.";
     Larger, "View", "Larger controls", ctrl_shift(Key::Plus), "Makes text and controls larger.";
@@ -148,7 +149,7 @@ impl Command {
     pub fn is_plain(self) -> bool {
         self.shortcut().is_some_and(|shortcut| {
             shortcut.modifiers == Modifiers::NONE
-                && !matches!(shortcut.logical_key, Key::F1 | Key::F5 | Key::F6 | Key::F9 | Key::F10)
+                && !matches!(shortcut.logical_key, Key::F1 | Key::F5 | Key::F6 | Key::F8 | Key::F9 | Key::F10)
         })
     }
 }

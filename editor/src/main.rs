@@ -47,6 +47,11 @@ fn main() -> ExitCode {
         wgpu_options: window::wgpu_options(),
         ..Default::default()
     };
+    // Pictures are made on threads of their own; they give way to the window as well. If there is a pool already it serves.
+    let _ = rayon::ThreadPoolBuilder::new()
+        .num_threads(settings.threads)
+        .start_handler(|_| breccia_editor::app::yield_to_the_window())
+        .build_global();
     let graph = arguments.graph;
     let result = eframe::run_native(
         "breccia",

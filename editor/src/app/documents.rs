@@ -9,6 +9,14 @@ use super::{After, App, Question, Want};
 use crate::files::{rebase, relative, write_whole};
 use crate::model::{Project, State, text_of};
 
+/// What came of work on files.
+pub(super) enum Done {
+    /// Something to say.
+    Say(String),
+    /// A graph to open.
+    Open(PathBuf),
+}
+
 impl App {
     /// Leaves the open document, after asking if something would be lost.
     pub(super) fn leave_document(&mut self, after: After, ctx: &Context) {
@@ -151,17 +159,17 @@ impl App {
             None => path.with_extension("ron"),
         };
         let path = std::path::absolute(&path).unwrap_or(path);
-        let folder = self.project.folder().map(Path::to_owned);
-        if folder.as_deref() != path.parent() {
-            let registry = std::sync::Arc::clone(&self.registry);
-            self.project.edit("Save elsewhere", None, |state| {
-                rebase(&mut state.document, &registry, folder.as_deref(), path.parent());
-            });
-        }
-        let text = text_of(self.project.state());
+        // What is written must name the same files from its new place; only if it could be written the paths here change as well.
+        let mut moved = self.project.state().clone();
+        rebase(&mut moved.document, &self.registry, self.project.folder(), path.parent());
+        let text = text_of(&moved);
         match write_whole(&path, text.as_bytes()) {
             Ok(()) => {
+                if moved != *self.project.state() {
+                    self.project.settle(|state| *state = moved);
+                }
                 self.project.saved(&path);
+                self.memory.saved();
                 self.checked_for = u64::MAX;
                 self.remember(&path, text.as_bytes());
                 self.say(format!("Saved {}", path.display()));
@@ -190,6 +198,10 @@ impl App {
             self.say(format!("Values of type {ty} cannot be written to files"));
             return;
         }
+        if subject.stale {
+            self.say("What is shown is not up to date yet: it is written once it is");
+            return;
+        }
         let name = subject.label.rsplit(['/', '.']).next().unwrap_or("result").to_owned();
         self.want(Want::Output(name, extensions));
     }
@@ -200,8 +212,7 @@ impl App {
         let value = subject.value.clone();
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         let registry = std::sync::Arc::clone(&self.registry);
-        let (sender, receiver) = std::sync::mpsc::channel();
-        std::thread::spawn(move || {
+        self.work(move || {
             let exporter = exporters(&registry, &value)
                 .find(|exporter| exporter.extensions.contains(&extension.as_str()));
             let result = match exporter {
@@ -209,41 +220,58 @@ impl App {
                     (exporter.write)(&value, &mut sink)?;
                     sink.commit()
                 }),
-                None => Err(std::io::Error::other(format!(
-                    "values of type {} are not written as .{extension}",
-                    value.type_name()
-                ))),
+                None => {
+                    let ty = value.type_name();
+                    Err(std::io::Error::other(format!("values of type {ty} are not written as .{extension}")))
+                }
             };
-            let said = match result {
+            Done::Say(match result {
                 Ok(_) => format!("Wrote {}", path.display()),
                 Err(error) => format!("{} cannot be written: {error}", path.display()),
-            };
-            // The window may be closed by now.
-            let _ = sender.send(said);
+            })
         });
-        self.writing.push(receiver);
+    }
+
+    /// Does something with files that may take its time, and takes in what comes of it with a later frame.
+    fn work(&mut self, work: impl FnOnce() -> Done + Send + 'static) {
+        let (sender, receiver) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            // The window may be closed by now.
+            let _ = sender.send(work());
+        });
+        self.working.push(receiver);
     }
 
     fn import(&mut self, path: &Path) {
-        let read = std::fs::read(path).map_err(|error| error.to_string());
-        let into = path.with_extension("");
-        match read
-            .and_then(|bytes| crate::files::bundle::import(&bytes, &into).map_err(|error| error.to_string()))
-        {
-            Ok(graph) => self.open_path(&graph),
-            Err(reason) => self.say(format!("{} cannot be unpacked: {reason}", path.display())),
-        }
+        let path = path.to_owned();
+        self.say(format!("Unpacking {}", path.display()));
+        self.work(move || {
+            let read = std::fs::read(&path).map_err(|error| error.to_string());
+            let into = path.with_extension("");
+            match read.and_then(|bytes| {
+                crate::files::bundle::import(&bytes, &into).map_err(|error| error.to_string())
+            }) {
+                Ok(graph) => Done::Open(graph),
+                Err(reason) => Done::Say(format!("{} cannot be unpacked: {reason}", path.display())),
+            }
+        });
     }
 
     fn export(&mut self, path: &Path) {
         let document = self.project.state().to_document();
         let folder = self.project.folder().unwrap_or(Path::new("")).to_owned();
-        let packed = crate::files::bundle::export(&document, &folder, &self.registry, &*self.files)
-            .map_err(|error| error.to_string());
-        match packed.and_then(|bytes| write_whole(path, &bytes).map_err(|error| error.to_string())) {
-            Ok(()) => self.say(format!("Packed into {}", path.display())),
-            Err(reason) => self.say(format!("The bundle cannot be made: {reason}")),
-        }
+        let (registry, files) = (std::sync::Arc::clone(&self.registry), std::sync::Arc::clone(&self.files));
+        let path = path.to_owned();
+        self.work(move || {
+            let packed = crate::files::bundle::export(&document, &folder, &registry, &*files);
+            let written = packed
+                .map_err(|error| error.to_string())
+                .and_then(|bytes| write_whole(&path, &bytes).map_err(|error| error.to_string()));
+            Done::Say(match written {
+                Ok(()) => format!("Packed into {}", path.display()),
+                Err(reason) => format!("The bundle cannot be made: {reason}"),
+            })
+        });
     }
 
     /// Goes on where a document was that another run of the program did not save.
@@ -253,7 +281,7 @@ impl App {
                 Ok(document) => {
                     self.show(Project::new(State::new(document), original, Some("recovered".into())));
                     self.project.unsaved();
-                    self.memory.discard(path);
+                    self.memory.take_over(path);
                     self.say("Recovered; save it to keep it");
                 }
                 Err(error) => self.say(format!("What was kept cannot be read: {error}")),
@@ -277,7 +305,10 @@ impl App {
                 false
             }
             Err(std::sync::mpsc::TryRecvError::Empty) => true,
-            Err(std::sync::mpsc::TryRecvError::Disconnected) => false,
+            Err(std::sync::mpsc::TryRecvError::Disconnected) => {
+                answered.push((picked.want.clone(), None, std::time::Duration::ZERO));
+                false
+            }
         });
         for (want, path, after) in answered {
             match path {
@@ -288,12 +319,17 @@ impl App {
                 None => self.then = None,
             }
         }
-        let said: Vec<String> = self.writing.iter().filter_map(|receiver| receiver.try_recv().ok()).collect();
-        self.writing.retain(|receiver| {
+        let done: Vec<Done> = self.working.iter().filter_map(|receiver| receiver.try_recv().ok()).collect();
+        self.working.retain(|receiver| {
             !matches!(receiver.try_recv(), Err(std::sync::mpsc::TryRecvError::Disconnected))
         });
-        said.into_iter().for_each(|text| self.say(text));
-        if !self.picking.is_empty() || !self.writing.is_empty() {
+        for done in done {
+            match done {
+                Done::Say(text) => self.say(text),
+                Done::Open(path) => self.open_path(&path),
+            }
+        }
+        if !self.picking.is_empty() || !self.working.is_empty() {
             ctx.request_repaint_after(std::time::Duration::from_millis(100));
         }
     }
@@ -312,7 +348,7 @@ impl App {
             Want::Export(_) => self.export(&path),
             Want::Param(node, param, _) => self.set_file(&node, &param, &path, ctx),
             Want::Output(..) => self.write_watched(path),
-            Want::Made(files) => self.write_made(&path, &files),
+            Want::Made(files) => self.write_made(&path, files),
         }
     }
 
@@ -329,15 +365,18 @@ impl App {
         self.perform(action, ctx);
     }
 
-    fn write_made(&mut self, path: &Path, files: &[(String, Vec<u8>)]) {
-        let result = match files {
-            [(_, contents)] => write_whole(path, contents),
-            many => many.iter().try_for_each(|(name, contents)| write_whole(&path.join(name), contents)),
-        };
-        match result {
-            Ok(()) => self.say(format!("Wrote {}", path.display())),
-            Err(error) => self.say(format!("{} cannot be written: {error}", path.display())),
-        }
+    fn write_made(&mut self, path: &Path, files: Vec<(String, Vec<u8>)>) {
+        let path = path.to_owned();
+        self.work(move || {
+            let result = match files.as_slice() {
+                [(_, contents)] => write_whole(&path, contents),
+                many => many.iter().try_for_each(|(name, contents)| write_whole(&path.join(name), contents)),
+            };
+            Done::Say(match result {
+                Ok(()) => format!("Wrote {}", path.display()),
+                Err(error) => format!("{} cannot be written: {error}", path.display()),
+            })
+        });
     }
 }
 

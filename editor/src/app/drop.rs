@@ -26,6 +26,8 @@ impl App {
     /// Takes in one file: a graph or bundle is opened, anything else goes to what can read it.
     pub fn take_file(&mut self, path: &Path, ctx: &Context) {
         self.refresh();
+        // Where the program was started is not where the graph will lie.
+        let path = &std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         match extension.as_str() {
             "ron" => return self.leave_document(After::Open(path.to_owned()), ctx),
@@ -36,10 +38,17 @@ impl App {
             return;
         }
         if self.project.state().document.nodes.is_empty() && image(&extension) {
-            self.open_preset(FIRST);
-            self.refresh();
-            self.onto_input(path, &extension);
-            return;
+            let preset = breccia_graphs::preset(FIRST)
+                .and_then(|preset| breccia_engine::Document::parse(preset.ron).ok());
+            if let Some(document) = preset {
+                // A step of its own: what was there before can be brought back.
+                self.project.edit("Start with a picture", None, |state| *state = model::State::new(document));
+                self.refresh();
+                self.canvas.arrive();
+                self.open.gallery = false;
+                self.onto_input(path, &extension);
+                return;
+            }
         }
         self.as_node(path, &extension, ctx);
     }

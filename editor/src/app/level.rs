@@ -18,6 +18,15 @@ impl App {
         self.project.state().foreign(&self.address())
     }
 
+    /// Whether the graph that is looked at cannot be changed, which is then said.
+    pub(super) fn refuses(&mut self) -> bool {
+        let Some(file) = self.foreign() else { return false };
+        self.say(format!(
+            "This group stands in the file {file}; Node, \"Make group part of the graph\" lets you edit it here"
+        ));
+        true
+    }
+
     /// The graph that is looked at, groups in files included.
     pub(super) fn level(&self) -> Option<Level<'_>> {
         Level::of(&self.checked.included, &self.address())

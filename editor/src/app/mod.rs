@@ -1,5 +1,7 @@
 //! The application: what is open and what goes on. Panels draw it and say what the user asks for; it does that.
 
+mod below;
+mod commands;
 mod documents;
 mod drop;
 mod level;
@@ -9,6 +11,7 @@ mod paths;
 mod perform;
 mod picker;
 mod running;
+mod selected;
 mod sheets;
 mod start;
 mod watch;
@@ -32,7 +35,7 @@ use crate::run::{Board, Checked, Runner};
 use crate::view::{Subject, Viewport};
 
 pub use picker::{NativePicker, Picked, Picker, Want};
-pub use start::{Settings, StartError};
+pub use start::{Settings, StartError, yield_to_the_window};
 
 /// A question that waits for an answer. It never keeps the user from doing anything else.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +67,8 @@ struct Open {
     problems: bool,
     inspector: bool,
     viewport: bool,
+    /// What can be recovered is left for later.
+    later: bool,
 }
 
 /// The application.
@@ -81,6 +86,8 @@ pub struct App {
     /// What the nodes that are looked at are like, and for which state.
     shapes: BTreeMap<String, Shape>,
     shapes_for: Option<(u64, Trail)>,
+    /// What is wrong with nodes, by name in a run.
+    problems: BTreeMap<String, Vec<String>>,
     /// Nodes of the graph looked at that cannot run, by name in a run.
     broken: BTreeSet<String>,
 
@@ -101,6 +108,8 @@ pub struct App {
     drafted: bool,
     /// Whether something changed since the last run was asked for.
     due: bool,
+    /// Whether all outputs were asked for.
+    ran_all: bool,
     /// Whether a run goes on, by lane.
     busy: [bool; 2],
     watched: Option<String>,
@@ -113,8 +122,8 @@ pub struct App {
     copied: Option<String>,
     library: crate::files::Library,
     memory: memory::Memory,
-    /// Files that are being written, and what is to be said then.
-    writing: Vec<std::sync::mpsc::Receiver<String>>,
+    /// Work on files that goes on, and what comes of it.
+    working: Vec<std::sync::mpsc::Receiver<documents::Done>>,
     /// What was asked for before the document is saved.
     then: Option<After>,
     title: String,
@@ -144,7 +153,7 @@ impl App {
             .cache_dir(settings.cache.clone())
             .files(Arc::clone(&files) as _)
             .device(DeviceChoice::Auto)
-            .on_thread_start(Arc::new(start::yield_to_the_window));
+            .on_thread_start(Arc::new(yield_to_the_window));
         if let Some(gpu) = gpu.clone() {
             builder = builder.compute(Box::new(move || Ok(Arc::new(GpuDevice(Gpu::clone(&gpu))))));
         }
@@ -170,6 +179,7 @@ impl App {
             checked_for: 0,
             shapes: BTreeMap::new(),
             shapes_for: None,
+            problems: BTreeMap::new(),
             broken: BTreeSet::new(),
             canvas: Canvas::default(),
             palette: None,
@@ -181,6 +191,7 @@ impl App {
             dragging: false,
             drafted: false,
             due: true,
+            ran_all: false,
             busy: [false; 2],
             watched: None,
             results: BTreeMap::new(),
@@ -189,7 +200,7 @@ impl App {
             copied: None,
             library,
             memory,
-            writing: Vec::new(),
+            working: Vec::new(),
             then: None,
             title: String::new(),
             quitting: false,

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use eframe::egui::{
-    self, Align, Button, Context, Key, Layout, Modifiers, Panel, RichText, ScrollArea, TextEdit, Ui,
-    WidgetInfo, WidgetType,
+    self, Align, Button, Context, Key, Layout, Modifiers, Panel, ScrollArea, TextEdit, Ui, WidgetInfo,
+    WidgetType,
 };
 
 use super::{After, App, Question};
@@ -82,12 +82,31 @@ impl App {
             {
                 continue;
             }
+            // Where a control has the keyboard, Tab goes to the next one and Enter presses it.
+            let walks =
+                matches!(command, Command::AddNode | Command::Enter) && ctx.memory(|m| m.focused()).is_some();
+            if walks {
+                continue;
+            }
             if ctx.input_mut(|i| i.consume_shortcut(&shortcut)) {
                 actions.push(Action::Command(command));
             }
         }
         if !typing && ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::Y)) {
             actions.push(Action::Command(Command::Redo));
+        }
+        if !typing && ctx.memory(|m| m.focused()).is_none() && !self.selection.is_empty() {
+            let arrows = [
+                (Key::ArrowLeft, [-10, 0]),
+                (Key::ArrowRight, [10, 0]),
+                (Key::ArrowUp, [0, -10]),
+                (Key::ArrowDown, [0, 10]),
+            ];
+            for (key, by) in arrows {
+                if ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key)) {
+                    actions.extend([Action::Move(by), Action::EndDrag]);
+                }
+            }
         }
         if actions.contains(&Action::Command(Command::AddNode)) {
             // Tab would go to the next control, too.
@@ -129,7 +148,8 @@ impl App {
                 .resizable(true)
                 .default_size(430.0)
                 .size_range(180.0..=(width * 0.7).max(181.0));
-            panel.frame(egui::Frame::NONE).show(ui, |ui| self.look(ui, actions));
+            let frame = egui::Frame::NONE.fill(ui.visuals().panel_fill);
+            panel.frame(frame).show(ui, |ui| self.look(ui, actions));
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {
             if !self.trail.0.is_empty() {
@@ -263,150 +283,6 @@ impl App {
         });
     }
 
-    /// The line below: what was said last, what runs, how many problems.
-    fn line(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
-        ui.horizontal(|ui| {
-            let count = self.checked.problems.len()
-                + self.board.failures().count()
-                + usize::from(self.checked.include_error.is_some());
-            let text = if count == 0 {
-                "No problems".to_owned()
-            } else if count == 1 {
-                "1 problem".to_owned()
-            } else {
-                format!("{count} problems")
-            };
-            let text = if count == 0 {
-                RichText::new(text).weak()
-            } else {
-                RichText::new(text).color(ui.visuals().error_fg_color)
-            };
-            let button = ui
-                .selectable_label(self.open.problems, text)
-                .on_hover_text("Shows or hides the list of problems");
-            if button.clicked() {
-                self.open.problems = !self.open.problems;
-            }
-            ui.separator();
-            let running: Vec<_> = self
-                .board
-                .running()
-                .filter(|(name, _)| !name.contains('/'))
-                .map(|(name, done)| (name.to_owned(), done))
-                .collect();
-            if let Some((name, done)) = running.first() {
-                let elapsed = self.board.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
-                let more = if running.len() > 1 {
-                    format!(" and {} more", running.len() - 1)
-                } else {
-                    String::new()
-                };
-                ui.label(format!("{name} {:.0} %{more}, {}", done * 100.0, crate::canvas::seconds(elapsed)));
-                if ui.small_button("Stop").clicked() {
-                    actions.push(Action::Command(Command::Stop));
-                }
-            } else if let Some((seconds, computed, cached)) = self.board.last {
-                ui.weak(format!("{computed} computed, {cached} cached, {}", crate::canvas::seconds(seconds)));
-            }
-            if let Some((text, since)) = &self.said {
-                ui.separator();
-                let label = if since.elapsed() < Duration::from_secs(8) {
-                    RichText::new(text)
-                } else {
-                    RichText::new(text).weak()
-                };
-                ui.add(egui::Label::new(label).truncate()).on_hover_text(text);
-            }
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let (values, bytes) = self.runner.engine().memory_usage();
-                ui.weak(format!("{values} results, {}", crate::canvas::bytes(bytes)))
-                    .on_hover_text("Results that are kept in memory");
-                if let Some(device) = &self.board.device {
-                    ui.weak("device").on_hover_text(device);
-                }
-            });
-        });
-    }
-
-    /// Questions. They stand above the canvas and keep nobody from going on.
-    fn notices(&mut self, ui: &mut Ui, actions: &mut Vec<Action>, ctx: &Context) {
-        let Some(question) = self.question.clone() else { return };
-        Panel::top("question").show(ui, |ui| {
-            ui.horizontal_wrapped(|ui| match question {
-                Question::Unsaved(after) => {
-                    ui.strong(format!("{} has changes that are not saved.", self.project.name()));
-                    if ui.button("Save and go on").clicked() {
-                        self.question = None;
-                        match self.project.path.clone() {
-                            Some(path) => {
-                                if self.save_to(&path) {
-                                    self.go_on(after.clone(), ctx);
-                                }
-                            }
-                            None => {
-                                self.then = Some(after.clone());
-                                self.save_as();
-                            }
-                        }
-                    }
-                    if ui.button("Go on without saving").clicked() {
-                        self.question = None;
-                        self.go_on(after, ctx);
-                    }
-                    if ui.button("Stay").clicked() {
-                        self.question = None;
-                    }
-                }
-                Question::Changed => {
-                    ui.strong(format!("{} was changed by another program.", self.project.name()));
-                    if ui.button("Reload").clicked() {
-                        self.question = None;
-                        actions.push(Action::Command(Command::Reload));
-                    }
-                    if ui.button("Keep what is here").clicked() {
-                        self.question = None;
-                        self.memory.accept();
-                    }
-                }
-            });
-        });
-    }
-
-    fn problems(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
-        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            let mut row = |ui: &mut Ui, node: Option<String>, text: &str| {
-                ui.horizontal(|ui| {
-                    if let Some(node) = node {
-                        let show = ui.small_button("Show me");
-                        show.widget_info(|| {
-                            WidgetInfo::labeled(WidgetType::Button, true, format!("Show {node}"))
-                        });
-                        if show.clicked() {
-                            actions.push(Action::Reveal(node));
-                        }
-                    }
-                    ui.add(egui::Label::new(text).wrap());
-                });
-            };
-            if let Some(error) = &self.checked.include_error {
-                row(ui, None, error);
-            }
-            for problem in &self.checked.problems {
-                row(ui, problem.node.clone(), &problem.to_string());
-            }
-            for (node, status) in self.board.failures() {
-                row(
-                    ui,
-                    Some(node.to_owned()),
-                    &format!("{node}: {}", status.error.as_deref().unwrap_or("failed")),
-                );
-            }
-            for warning in &self.board.warnings {
-                row(ui, None, warning);
-            }
-        });
-    }
-
     fn inspect(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
         let at = self.address();
         let editable = self.foreign().is_none();
@@ -445,11 +321,7 @@ impl App {
                     return;
                 };
                 let path = format!("{}{name}", self.trail.prefix());
-                let about = |problem: &&breccia_engine::Problem| {
-                    problem.node.as_deref().is_some_and(|node| crate::run::general(node) == path)
-                };
-                let problems: Vec<String> =
-                    self.checked.problems.iter().filter(about).map(ToString::to_string).collect();
+                let problems = self.problems.get(&path).map_or(&[][..], Vec::as_slice);
                 let subject = inspector::Subject {
                     state,
                     at: &at,
@@ -458,7 +330,7 @@ impl App {
                     shapes: &self.shapes,
                     shape,
                     status: self.board.get(&path),
-                    problems: &problems,
+                    problems,
                     editable,
                 };
                 ui.push_id(name, |ui| inspector::node(ui, &subject, actions));
@@ -538,6 +410,7 @@ impl App {
             board: &self.board,
             prefix: &prefix,
             pictures: &self.pictures,
+            problems: &self.problems,
             broken: &self.broken,
             watched: watched.as_deref(),
             selection: &self.selection,

@@ -74,6 +74,7 @@ impl App {
             }
         } else if !open || cancelled {
             self.path_sheet = None;
+            self.then = None;
         }
     }
 }

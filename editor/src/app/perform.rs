@@ -3,25 +3,21 @@
 use std::collections::BTreeSet;
 use std::time::Instant;
 
-use breccia_engine::{Arity, Link, NodeEntry, NodeMode, ParamKind, ParamValue};
-use eframe::egui::{Context, Theme};
+use breccia_engine::{Arity, Link, NodeEntry, ParamKind, ParamValue};
+use eframe::egui::Context;
 
 use super::{After, App, Picked, Want};
 use crate::action::{Action, Joint, Kind, Pin, Selection};
 use crate::canvas::size_of;
-use crate::command::Command;
-use crate::model::{self, Alignment, Frame, Refusal, Shape};
+use crate::model::{self, Refusal, Shape};
 use crate::palette::{self, Palette};
 
 impl App {
     /// Does one thing.
     pub(super) fn perform(&mut self, action: Action, ctx: &Context) {
         let at = self.address();
-        if changes(&action) {
-            if let Some(file) = self.foreign() {
-                self.say(format!("This group stands in the file {file}; Node, “Make group part of the graph” lets you edit it here"));
-                return;
-            }
+        if changes(&action) && self.refuses() {
+            return;
         }
         match action {
             Action::Select(selection) => {
@@ -141,9 +137,9 @@ impl App {
                 Kind::Group(name) => NodeEntry::new("flow.group").with("body", ParamValue::Text(name)),
                 Kind::Preset(_) => {
                     let Some((name, group)) = preset else { return (None, None) };
+                    let free = model::free_group_name(&state.document, &name);
                     let groups = &mut state.document.groups;
-                    let name =
-                        if groups.get(&name) == Some(&group) { name } else { model::unique(groups, &name) };
+                    let name = if groups.get(&name) == Some(&group) { name } else { free };
                     groups.insert(name.clone(), group);
                     NodeEntry::new("flow.group").with("body", ParamValue::Text(name))
                 }
@@ -178,7 +174,7 @@ impl App {
         }
     }
 
-    fn connect(&mut self, from: &Pin, to: &Pin) {
+    pub(super) fn connect(&mut self, from: &Pin, to: &Pin) {
         let at = self.address();
         let (Some(output), Some(input)) = (self.socket(from), self.socket(to)) else { return };
         if let Err(refusal) = model::compatible(&self.registry, &output, &input) {
@@ -287,7 +283,11 @@ impl App {
     }
 
     /// Changes places, with the sizes of nodes known.
-    fn place(&mut self, name: &str, change: impl FnOnce(&mut model::State, &dyn Fn(&str) -> [i32; 2])) {
+    pub(super) fn place(
+        &mut self,
+        name: &str,
+        change: impl FnOnce(&mut model::State, &dyn Fn(&str) -> [i32; 2]),
+    ) {
         let at = self.address();
         let places = self.project.state().layout(&at).map(|layout| layout.nodes.clone()).unwrap_or_default();
         let shapes = self.shapes.clone();
@@ -318,7 +318,7 @@ impl App {
         }
     }
 
-    fn search_nodes(&mut self, at: [i32; 2], joint: Option<Joint>) {
+    pub(super) fn search_nodes(&mut self, at: [i32; 2], joint: Option<Joint>) {
         let groups = self.checked.included.groups.iter();
         let entries = palette::nodes(&self.registry, groups, &self.library.list());
         let (title, entries) = match &joint {
@@ -334,367 +334,6 @@ impl App {
             None => ("Add a node", entries),
         };
         self.palette = Some(Palette::new(title, entries, at, joint));
-    }
-
-    /// Does a command.
-    pub(super) fn command(&mut self, command: Command, ctx: &Context) {
-        let at = self.address();
-        let nodes = self.selection.nodes.clone();
-        if edits(command) {
-            if let Some(file) = self.foreign() {
-                self.say(format!("This group stands in the file {file}; Node, “Make group part of the graph” lets you edit it here"));
-                return;
-            }
-        }
-        match command {
-            Command::New => self.leave_document(After::New, ctx),
-            Command::Gallery => self.open.gallery = !self.open.gallery,
-            Command::Open => self.leave_document(After::Pick, ctx),
-            Command::Reload => self.reload(),
-            Command::Save => self.save(),
-            Command::SaveAs => self.save_as(),
-            Command::ImportBundle => self.want(Want::Import),
-            Command::ExportBundle => self.want(Want::Export(format!("{}.zip", self.stem()))),
-            Command::ExportOutput => self.export_watched(),
-            Command::Quit => self.leave_document(After::Quit, ctx),
-            Command::Undo => {
-                self.canvas.release();
-                match self.project.undo() {
-                    Some(name) => self.say(format!("Undone: {name}")),
-                    None => self.say("Nothing to undo"),
-                }
-            }
-            Command::Redo => {
-                self.canvas.release();
-                match self.project.redo() {
-                    Some(name) => self.say(format!("Done again: {name}")),
-                    None => self.say("Nothing to do again"),
-                }
-            }
-            Command::Cut | Command::Copy => {
-                if let Some(text) = model::copy(self.project.state(), &at, &nodes) {
-                    ctx.copy_text(text.clone());
-                    self.copied = Some(text);
-                    if command == Command::Cut {
-                        self.project.edit("Cut", None, |state| model::delete(state, &at, &nodes));
-                    }
-                }
-            }
-            Command::Paste => {
-                if let Some(text) = self.copied.clone() {
-                    self.paste(&text);
-                }
-            }
-            Command::Duplicate => self.duplicate(),
-            Command::Delete => {
-                let links: Vec<String> = self.selection.links.iter().cloned().collect();
-                let frames = self.selection.frames.clone();
-                let name = if nodes.len() == 1 { "Delete node" } else { "Delete" };
-                self.project.edit(name, None, |state| {
-                    model::delete(state, &at, &nodes);
-                    model::disconnect(state, &at, &links);
-                    state.layout_mut(&at).frames.retain(|id, _| !frames.contains(id));
-                });
-            }
-            Command::SelectAll => {
-                self.selection =
-                    Selection { nodes: self.shapes.keys().cloned().collect(), ..Selection::default() }
-            }
-            Command::SelectNone => self.selection = Selection::default(),
-            Command::SelectNext => self.step(true),
-            Command::SelectPrevious => self.step(false),
-            Command::AddNode => self.search_nodes(self.canvas.place_for_new(), None),
-            Command::Connect => self.connect_selected(),
-            Command::DisconnectAll => {
-                let of_node = |link: &&String| {
-                    Link::parse(link)
-                        .is_some_and(|link| nodes.contains(&link.from_node) || nodes.contains(&link.to_node))
-                };
-                let level = self.level();
-                let links = level.map_or(Vec::new(), |level| {
-                    level.links.iter().filter(of_node).chain(&self.selection.links).cloned().collect()
-                });
-                self.project.edit("Disconnect", None, |state| model::disconnect(state, &at, &links));
-            }
-            Command::Rename => {
-                self.open.inspector = true;
-                ctx.memory_mut(|memory| memory.request_focus(eframe::egui::Id::new("node name field")));
-            }
-            Command::Watch => self.watch_next(),
-            Command::Mute | Command::Bypass => {
-                let mode = if command == Command::Mute { NodeMode::Mute } else { NodeMode::Bypass };
-                let is_so = |name: &String| {
-                    self.level()
-                        .and_then(|level| level.nodes.get(name))
-                        .is_some_and(|entry| entry.mode == mode)
-                };
-                let to = if nodes.iter().all(is_so) { NodeMode::Normal } else { mode };
-                self.project.edit(command.title(), None, |state| model::set_mode(state, &at, &nodes, to));
-            }
-            Command::Collapse | Command::Picture => {
-                let layout = self.project.state().layout(&at).cloned().unwrap_or_default();
-                let place = |name: &String| layout.nodes.get(name).copied().unwrap_or_default();
-                if command == Command::Collapse {
-                    let to = !nodes.iter().all(|name| place(name).collapsed);
-                    self.project.edit("Collapse", None, |state| model::set_collapsed(state, &at, &nodes, to));
-                } else {
-                    let to = !nodes.iter().all(|name| place(name).picture);
-                    self.project
-                        .edit("Show picture", None, |state| model::set_picture(state, &at, &nodes, to));
-                    self.due = true;
-                }
-            }
-            Command::Group => {
-                let shapes = self.shapes.clone();
-                let made = self.project.edit("Group", None, |state| {
-                    model::group(state, &at, &nodes, &|name| shapes.get(name).cloned())
-                });
-                match made {
-                    Some(name) => self.selection = Selection::node(name),
-                    None => self.say(
-                        "Select the nodes to group; nodes that read the graph's input files stay outside",
-                    ),
-                }
-            }
-            Command::Ungroup => {
-                let Some(node) = self.selection.single().cloned() else {
-                    self.say("Select one group");
-                    return;
-                };
-                match self.project.edit("Ungroup", None, |state| model::ungroup(state, &at, &node)) {
-                    Ok(names) => self.selection.nodes = names.into_iter().collect(),
-                    Err(reason) => self.say(reason),
-                }
-            }
-            Command::Enter => {
-                if let Some(node) = self.selection.single().cloned() {
-                    self.enter(&node);
-                }
-            }
-            Command::Leave => self.leave(self.trail.0.len().saturating_sub(1)),
-            Command::SaveGroup => self.keep_group(),
-            Command::LocaliseGroup => self.localise(),
-            Command::Frame => self.frame(),
-            Command::AlignLeft => self.perform(Action::Align(Alignment::Left), ctx),
-            Command::AlignRight => self.perform(Action::Align(Alignment::Right), ctx),
-            Command::AlignTop => self.perform(Action::Align(Alignment::Top), ctx),
-            Command::AlignBottom => self.perform(Action::Align(Alignment::Bottom), ctx),
-            Command::Arrange => {
-                let nodes = if nodes.len() > 1 { nodes } else { self.shapes.keys().cloned().collect() };
-                self.place("Lay out", |state, size| model::arrange(state, &at, &nodes, size));
-            }
-            Command::Run => self.run_all(ctx),
-            Command::Stop => {
-                self.stop();
-                self.due = false;
-                self.say("Stopped");
-            }
-            Command::Live => {
-                self.live = !self.live;
-                self.say(if self.live {
-                    "Live: computes after every change"
-                } else {
-                    "Computes only when asked to (F5)"
-                });
-            }
-            Command::ClearMemory => {
-                self.stop();
-                self.runner.engine().clear_memory();
-                self.results.clear();
-                self.board.clear();
-                self.say("Results in memory are forgotten");
-            }
-            Command::FitAll => self.canvas.fit(BTreeSet::new()),
-            Command::FitSelection => self.canvas.fit(nodes),
-            Command::ZoomIn => self.canvas.zoom_by(1.25),
-            Command::ZoomOut => self.canvas.zoom_by(0.8),
-            Command::Minimap => self.canvas.map = !self.canvas.map,
-            Command::Legend => self.canvas.legend = !self.canvas.legend,
-            Command::Inspector => self.open.inspector = !self.open.inspector,
-            Command::Viewport => self.open.viewport = !self.open.viewport,
-            Command::Theme => {
-                let theme = if ctx.theme() == Theme::Dark { Theme::Light } else { Theme::Dark };
-                ctx.set_theme(theme);
-            }
-            Command::Larger => ctx.set_zoom_factor((ctx.zoom_factor() * 1.1).min(3.0)),
-            Command::Smaller => ctx.set_zoom_factor((ctx.zoom_factor() / 1.1).max(0.5)),
-            Command::Commands => {
-                self.palette = Some(Palette::new("Find a command", palette::commands(), [0, 0], None))
-            }
-            Command::Shortcuts => self.open.shortcuts = !self.open.shortcuts,
-            Command::Tour => self.open.tour = !self.open.tour,
-        }
-    }
-
-    /// Puts copied nodes where the pointer is.
-    pub(super) fn paste(&mut self, text: &str) {
-        let at = self.address();
-        let place = self.canvas.place_for_new();
-        match self.project.edit("Paste", None, |state| model::paste(state, &at, text, place)) {
-            Ok(names) => self.selection = Selection { nodes: names, ..Selection::default() },
-            Err(reason) => self.say(reason),
-        }
-    }
-
-    fn duplicate(&mut self) {
-        let at = self.address();
-        let nodes = self.selection.nodes.clone();
-        let Some(text) = model::copy(self.project.state(), &at, &nodes) else { return };
-        let corner = |i: usize| {
-            let layout = self.project.state().layout(&at)?;
-            nodes.iter().filter_map(|node| Some(layout.nodes.get(node)?.at[i])).min()
-        };
-        let place = [corner(0).unwrap_or(0).saturating_add(30), corner(1).unwrap_or(0).saturating_add(30)];
-        let result =
-            self.project.edit("Duplicate", None, |state| model::duplicate(state, &at, &nodes, &text, place));
-        match result {
-            Ok(names) => self.selection = Selection { nodes: names, ..Selection::default() },
-            Err(reason) => self.say(reason),
-        }
-    }
-
-    /// Selects the next node along a link, or the first or last.
-    fn step(&mut self, forward: bool) {
-        let Some(level) = self.level() else { return };
-        let links = level.links.iter().filter_map(|link| Link::parse(link));
-        let current = self.selection.single().cloned();
-        let next = match &current {
-            Some(node) => links
-                .filter(|l| if forward { l.from_node == *node } else { l.to_node == *node })
-                .map(|l| if forward { l.to_node } else { l.from_node })
-                .next(),
-            None => None,
-        };
-        let next = next.or_else(|| {
-            let names: Vec<&String> = self.shapes.keys().collect();
-            let at = current.and_then(|node| names.iter().position(|name| **name == node));
-            let n = names.len().max(1);
-            let index = match at {
-                Some(i) => {
-                    if forward {
-                        (i + 1) % n
-                    } else {
-                        (i + n - 1) % n
-                    }
-                }
-                None => 0,
-            };
-            names.get(index).map(|name| (*name).clone())
-        });
-        if let Some(node) = next {
-            self.selection = Selection::node(node);
-        }
-    }
-
-    /// Links the selected nodes from left to right by the first sockets that fit and are free.
-    fn connect_selected(&mut self) {
-        let at = self.address();
-        let layout = self.project.state().layout(&at).cloned().unwrap_or_default();
-        let mut nodes: Vec<String> = self.selection.nodes.iter().cloned().collect();
-        nodes.sort_by_key(|node| layout.nodes.get(node).map_or([0, 0], |place| place.at));
-        let mut made = 0;
-        for pair in nodes.windows(2) {
-            let [a, b] = pair else { continue };
-            let (Some(from), Some(to)) = (self.shapes.get(a), self.shapes.get(b)) else { continue };
-            let taken = |socket: &str| {
-                self.level().is_some_and(|level| {
-                    level
-                        .links
-                        .iter()
-                        .filter_map(|l| Link::parse(l))
-                        .any(|l| l.to_node == *b && l.to_socket == socket)
-                })
-            };
-            let free = to.inputs.iter().filter(|input| input.arity == Arity::Many || !taken(&input.name));
-            let found = free.into_iter().find_map(|input| {
-                Some((
-                    from.outputs.iter().find(|output| output.ty == input.ty)?.name.clone(),
-                    input.name.clone(),
-                ))
-            });
-            if let Some((output, input)) = found {
-                let from = Pin { node: a.clone(), socket: output, output: true };
-                let to = Pin { node: b.clone(), socket: input, output: false };
-                self.connect(&from, &to);
-                made += 1;
-            }
-        }
-        if made == 0 {
-            self.say("No free sockets of the same type in the selected nodes");
-        }
-    }
-
-    fn watch_next(&mut self) {
-        let Some(node) = self.selection.single().cloned() else {
-            self.say("Select one node to look at");
-            return;
-        };
-        let outputs: Vec<String> = self
-            .shapes
-            .get(&node)
-            .map_or(Vec::new(), |shape| shape.outputs.iter().map(|o| o.name.clone()).collect());
-        let now = outputs
-            .iter()
-            .position(|socket| self.in_run(&node, socket) == self.watched && self.watched.is_some());
-        let next = now.map_or(0, |i| (i + 1) % outputs.len().max(1));
-        if let Some(socket) = outputs.get(next) {
-            self.watch(&Pin { node, socket: socket.clone(), output: true });
-        }
-    }
-
-    fn frame(&mut self) {
-        let at = self.address();
-        let bounds = self.canvas.geometry().bounds(&self.selection.nodes);
-        let Some(bounds) = bounds.filter(|_| !self.selection.nodes.is_empty()) else {
-            self.say("Select the nodes to frame");
-            return;
-        };
-        let bounds = bounds.expand(24.0);
-        let frame = Frame {
-            at: [bounds.left() as i32, bounds.top() as i32 - 20],
-            size: [bounds.width() as i32, bounds.height() as i32 + 20],
-            title: "Frame".into(),
-        };
-        let id = self.project.edit("Frame", None, |state| model::add_frame(state, &at, frame));
-        self.selection = Selection { frames: BTreeSet::from([id]), ..Selection::default() };
-    }
-
-    fn keep_group(&mut self) {
-        let node = self
-            .selection
-            .single()
-            .and_then(|node| self.shapes.get(node))
-            .and_then(|shape| shape.group.clone());
-        let Some(address) = node else {
-            self.say("Select one group to keep");
-            return;
-        };
-        let (Some(name), Some(group)) =
-            (address.0.last().cloned(), model::group_at(&self.checked.included, &address).cloned())
-        else {
-            return;
-        };
-        match self.library.keep(&name, &group) {
-            Ok(()) => self.say(format!("Kept as `{name}`; the node search finds it")),
-            Err(reason) => self.say(format!("The group could not be kept: {reason}")),
-        }
-    }
-
-    fn localise(&mut self) {
-        let selected = self
-            .selection
-            .single()
-            .and_then(|node| self.shapes.get(node))
-            .and_then(|shape| shape.group.clone());
-        let address = selected.unwrap_or_else(|| self.address());
-        let included = std::sync::Arc::clone(&self.checked.included);
-        let result = self
-            .project
-            .edit("Make group part of the graph", None, |state| model::localise(state, &included, &address));
-        match result {
-            Ok(()) => self.say("The group is part of the graph now"),
-            Err(reason) => self.say(reason),
-        }
     }
 }
 
@@ -745,25 +384,5 @@ fn changes(action: &Action) -> bool {
             | Action::Move(_)
             | Action::Title(_)
             | Action::Docs(_)
-    )
-}
-
-/// Whether a command changes the graph that is looked at.
-fn edits(command: Command) -> bool {
-    use Command as C;
-    matches!(
-        command,
-        C::Cut
-            | C::Paste
-            | C::Duplicate
-            | C::Delete
-            | C::AddNode
-            | C::Connect
-            | C::DisconnectAll
-            | C::Rename
-            | C::Mute
-            | C::Bypass
-            | C::Group
-            | C::Ungroup
     )
 }

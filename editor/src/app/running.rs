@@ -15,6 +15,15 @@ impl App {
         let document = &self.project.state().document;
         self.checked = check(document, &self.registry, self.project.folder(), &*self.files);
         self.checked_for = self.project.content();
+        self.problems.clear();
+        for problem in &self.checked.problems {
+            if let Some(node) = &problem.node {
+                self.problems.entry(crate::run::general(node)).or_default().push(problem.to_string());
+            }
+        }
+        if let Some(graph) = &self.checked.graph {
+            self.board.keep(&graph.nodes().map(|(name, _)| crate::run::general(name)).collect());
+        }
         self.board.stale();
         self.results.values_mut().for_each(|subject| subject.stale = true);
         self.due = true;
@@ -64,6 +73,7 @@ impl App {
             self.say("The graph has no outputs that could be computed");
         }
         self.due = false;
+        self.ran_all = !outputs.is_empty();
         self.ask(outputs, ctx);
     }
 
@@ -127,7 +137,8 @@ impl App {
             match update {
                 Update::Event(event) => self.board.note(&event),
                 Update::Value(label, value) => {
-                    self.results.insert(label.clone(), Subject { label, value, stale: false });
+                    // A draft is no last word.
+                    self.results.insert(label.clone(), Subject { label, value, stale: self.drafted });
                 }
                 Update::Picture(output, picture) => {
                     let Some((node, _)) = output.rsplit_once('.') else { continue };
@@ -149,6 +160,9 @@ impl App {
                     if self.busy == [false; 2] {
                         self.board.end();
                         self.forget_results();
+                        if std::mem::take(&mut self.ran_all) {
+                            self.say("All outputs are computed; look at one to see or export it");
+                        }
                     }
                 }
             }

@@ -1,5 +1,8 @@
 //! Sheets over the window: presets, shortcuts, first steps, what can be recovered. All can be closed, none keeps the user from the rest.
 
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
 use eframe::egui::{
     self, Align2, Context, Grid, Image, RichText, ScrollArea, Sense, Vec2, WidgetInfo, WidgetType, vec2,
 };
@@ -101,10 +104,12 @@ impl App {
     /// Documents that an earlier run of the program did not save.
     fn leftovers(&mut self, ctx: &Context) {
         let leftovers = self.memory.leftovers();
-        if leftovers.is_empty() {
+        let mut open = !self.open.later;
+        if leftovers.is_empty() || !open {
             return;
         }
         egui::Window::new("Not saved last time")
+            .open(&mut open)
             .id(egui::Id::new("recovery"))
             .collapsible(true)
             .resizable(false)
@@ -123,7 +128,23 @@ impl App {
                     });
                 }
             });
+        self.open.later = !open;
     }
+}
+
+/// Titles and docs of the presets, which do not change.
+fn about(name: &str) -> (&'static str, &'static str) {
+    static ABOUT: OnceLock<BTreeMap<&'static str, (String, String)>> = OnceLock::new();
+    let all = ABOUT.get_or_init(|| {
+        let presets = breccia_graphs::presets().iter();
+        presets
+            .map(|preset| {
+                let document = breccia_engine::Document::parse(preset.ron).unwrap_or_default();
+                (preset.name, (document.title, document.docs))
+            })
+            .collect()
+    });
+    all.get(name).map_or(("", ""), |(title, docs)| (title, docs))
 }
 
 fn card(ui: &mut egui::Ui, preset: &breccia_graphs::Preset, actions: &mut Vec<Action>) {
@@ -138,7 +159,7 @@ fn card(ui: &mut egui::Ui, preset: &breccia_graphs::Preset, actions: &mut Vec<Ac
     let picture = egui::Rect::from_min_size(rect.min + Vec2::splat(4.0), vec2(200.0, 150.0));
     let uri = format!("bytes://{}.jpg", preset.name);
     Image::from_bytes(uri, preset.picture).corner_radius(4).paint_at(ui, picture);
-    let document = breccia_engine::Document::parse(preset.ron).unwrap_or_default();
+    let (title, docs) = about(preset.name);
     let text = |at: egui::Pos2, text: &str, size: f32, color| {
         ui.painter().with_clip_rect(rect.shrink(4.0)).text(
             at,
@@ -149,8 +170,8 @@ fn card(ui: &mut egui::Ui, preset: &breccia_graphs::Preset, actions: &mut Vec<Ac
         );
     };
     text(rect.left_bottom() + vec2(8.0, -40.0), preset.name, 14.0, visuals.text_color());
-    text(rect.left_bottom() + vec2(8.0, -21.0), &document.title, 11.0, ui.visuals().weak_text_color());
-    if response.clone().on_hover_text(document.docs).clicked() {
+    text(rect.left_bottom() + vec2(8.0, -21.0), title, 11.0, ui.visuals().weak_text_color());
+    if response.clone().on_hover_text(docs).clicked() {
         actions.push(Action::OpenPreset(preset.name.to_owned()));
     }
 }
@@ -190,12 +211,14 @@ const POINTER: &[&str] = &[
 impl App {
     /// What stands there when no graph was asked for.
     pub fn welcome(&mut self) {
-        self.open.tour = true;
-        self.open.gallery = true;
+        // One page at a time: the first steps lead to the presets.
+        self.open.tour = self.memory.is_first_time();
+        self.open.gallery = !self.open.tour;
     }
 
     /// The window is closed on purpose.
     pub fn closed(&mut self) {
         self.stop();
+        self.memory.close();
     }
 }

@@ -59,7 +59,7 @@ pub(super) fn is_fast(gpu: &Gpu) -> bool {
 }
 
 /// Threads that compute give way to the one that draws.
-pub(super) fn yield_to_the_window() {
+pub fn yield_to_the_window() {
     // Where the system does not allow it they compete as equals, which is slower to look at and nothing worse.
     let _ = thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Min);
 }

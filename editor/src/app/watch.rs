@@ -1,8 +1,8 @@
 //! What the viewport shows, and what goes with it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use breccia_engine::{Document, Link, ParamKind, ParamValue};
+use breccia_engine::{Document, ParamKind, ParamValue};
 
 use super::App;
 use crate::action::Pin;
@@ -33,7 +33,8 @@ impl App {
             self.watched = None;
             return;
         };
-        let needed: BTreeSet<String> = graph.outputs().flat_map(|o| self.upstream(own(o.node))).collect();
+        let ends = graph.outputs().map(|output| own(output.node).to_owned());
+        let needed: BTreeSet<String> = self.upstream(ends).into_iter().collect();
         let last: Vec<String> = graph.outputs().map(|output| own(output.node).to_owned()).collect();
         let choice = TYPES.iter().find_map(|ty| {
             let has = |name: &str| {
@@ -43,7 +44,7 @@ impl App {
             };
             // A solid may come from any node on the way; of other types it is what comes out at the end.
             let order: Vec<&String> =
-                if *ty == "solid" { self.by_depth(&needed) } else { last.iter().collect() };
+                if *ty == "solid" { self.latest_first(&needed) } else { last.iter().collect() };
             order.into_iter().find_map(|name| has(name))
         });
         let any = || {
@@ -56,24 +57,44 @@ impl App {
         self.watched = choice.or_else(any);
     }
 
-    /// Nodes, those first that most of the others are needed for.
-    fn by_depth<'a>(&self, nodes: &'a BTreeSet<String>) -> Vec<&'a String> {
-        let mut found: Vec<_> = nodes.iter().map(|node| (self.upstream(node).len(), node)).collect();
-        found.sort_by(|a, b| b.cmp(a));
-        found.into_iter().map(|(_, node)| node).collect()
+    /// Nodes, those first that need others of them.
+    fn latest_first<'a>(&self, nodes: &'a BTreeSet<String>) -> Vec<&'a String> {
+        let needs =
+            |node: &String| self.checked.needs.get(node).into_iter().flatten().filter(|n| nodes.contains(*n));
+        let mut waiting: BTreeMap<&String, usize> = nodes.iter().map(|node| (node, 0)).collect();
+        for needed in nodes.iter().flat_map(&needs) {
+            if let Some(count) = waiting.get_mut(needed) {
+                *count += 1;
+            }
+        }
+        let mut open: Vec<&String> =
+            waiting.iter().filter(|(_, count)| **count == 0).map(|(node, _)| *node).collect();
+        let mut next = 0;
+        while let Some(node) = open.get(next).copied() {
+            next += 1;
+            for needed in needs(node) {
+                if let Some((needed, count)) = nodes.get(needed).and_then(|n| Some((n, waiting.get_mut(n)?)))
+                {
+                    *count -= 1;
+                    if *count == 0 {
+                        open.push(needed);
+                    }
+                }
+            }
+        }
+        open
     }
 
-    /// A node and all that it needs, nearest first; of the document's own graph.
-    fn upstream(&self, node: &str) -> Vec<String> {
-        let document: &Document = &self.checked.included;
-        let links: Vec<Link> = document.links.iter().filter_map(|link| Link::parse(link)).collect();
-        let mut found = vec![node.to_owned()];
+    /// Nodes and all that they need, nearest first; of the document's own graph.
+    fn upstream(&self, nodes: impl IntoIterator<Item = String>) -> Vec<String> {
+        let mut found: Vec<String> = nodes.into_iter().collect();
+        let mut seen: BTreeSet<String> = found.iter().cloned().collect();
         let mut next = 0;
         while let Some(node) = found.get(next).cloned() {
             next += 1;
-            for link in links.iter().filter(|link| link.to_node == node) {
-                if !found.contains(&link.from_node) {
-                    found.push(link.from_node.clone());
+            for needed in self.checked.needs.get(&node).into_iter().flatten() {
+                if seen.insert(needed.clone()) {
+                    found.push(needed.clone());
                 }
             }
         }
@@ -86,7 +107,7 @@ impl App {
             return [None, None];
         };
         let document: &Document = &self.checked.included;
-        let near = self.upstream(own(watched.0));
+        let near = self.upstream([own(watched.0).to_owned()]);
         let all: Vec<String> = near.iter().chain(document.nodes.keys()).cloned().collect();
         let output = |node: &String, ty: &str| {
             let spec = &self.registry.node(&document.nodes.get(node)?.ty)?.spec;

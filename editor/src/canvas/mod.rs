@@ -6,6 +6,7 @@ mod gesture;
 mod links;
 mod minimap;
 mod node;
+mod touch;
 mod view;
 
 pub use geometry::{Geometry, HEADER, ROW, WIDTH, size_of};

@@ -12,10 +12,8 @@ use super::geometry::{Geometry, corner, place};
 use super::gesture::Gesture;
 use super::links::{self, Course};
 use super::minimap;
-use super::node::{self, Look, NAMES, TEXT};
-use crate::action::{Action, Joint, Pin, Selection};
-use crate::command::Command;
-use crate::model::{Layout, Refusal, Shape, compatible};
+use crate::action::{Action, Pin, Selection};
+use crate::model::{Layout, Shape};
 use crate::run::Board;
 use crate::theme::{self, Palette};
 
@@ -40,6 +38,8 @@ pub struct Sight<'a> {
     pub prefix: &'a str,
     /// Small pictures, by name in a run.
     pub pictures: &'a BTreeMap<String, TextureHandle>,
+    /// What is wrong with nodes, by name in a run.
+    pub problems: &'a BTreeMap<String, Vec<String>>,
     /// Nodes that cannot run, by name in a run.
     pub broken: &'a BTreeSet<String>,
     /// The output that the viewport shows, by name in a run.
@@ -54,22 +54,22 @@ pub struct Sight<'a> {
 pub struct Canvas {
     /// Where the canvas's origin lies on the screen, from the corner of its rectangle.
     pan: Vec2,
-    zoom: f32,
-    gesture: Gesture,
+    pub(super) zoom: f32,
+    pub(super) gesture: Gesture,
     /// What a drag has left over from whole points.
     rest: Vec2,
     /// What shall be brought into view with the next frame.
     fit: Option<(BTreeSet<String>, bool)>,
     /// Where the pointer was last, in points of the canvas.
-    pointer: Pos2,
+    pub(super) pointer: Pos2,
     /// The rectangle of the screen that it was drawn into.
-    rect: Rect,
+    pub(super) rect: Rect,
     /// Whether the map in the corner is shown.
     pub map: bool,
     /// Whether the legend of sockets is shown.
     pub legend: bool,
     /// What the tests and the application ask for: where things lie.
-    geometry: Geometry,
+    pub(super) geometry: Geometry,
 }
 
 impl Default for Canvas {
@@ -126,7 +126,7 @@ impl Canvas {
         ((at - self.rect.min - self.pan) / self.zoom).to_pos2()
     }
 
-    fn seen(&self) -> Rect {
+    pub(super) fn seen(&self) -> Rect {
         Rect::from_min_max(self.to_canvas(self.rect.min), self.to_canvas(self.rect.max))
     }
 
@@ -203,8 +203,11 @@ impl Canvas {
             (&mut middle.x, bounds.left(), bounds.right(), half.x),
             (&mut middle.y, bounds.top(), bounds.bottom(), half.y),
         ] {
-            *at =
-                if high - low <= 2.0 * half { (low + high) / 2.0 } else { at.clamp(low + half, high - half) };
+            *at = if high - low <= 2.0 * half {
+                (low + high) / 2.0
+            } else {
+                at.max(low + half).min(high - half)
+            };
         }
         self.pan = size / 2.0 - middle.to_vec2() * self.zoom;
     }
@@ -319,7 +322,7 @@ impl Canvas {
     }
 
     /// Moves what is selected along with a drag, in whole points.
-    fn drag_selection(&mut self, response: &Response, actions: &mut Vec<Action>) {
+    pub(super) fn drag_selection(&mut self, response: &Response, actions: &mut Vec<Action>) {
         if response.drag_started_by(PointerButton::Primary) {
             self.gesture = Gesture::Move;
             self.rest = Vec2::ZERO;
@@ -454,285 +457,6 @@ impl Canvas {
         }
     }
 
-    fn draw_nodes(&mut self, ui: &mut Ui, sight: &Sight<'_>, courses: &[Course], actions: &mut Vec<Action>) {
-        let seen = self.seen();
-        let names: Vec<(String, Rect)> = self
-            .geometry
-            .nodes
-            .iter()
-            .filter(|(_, rect)| seen.intersects(rect.expand(8.0)))
-            .map(|(name, rect)| (name.clone(), *rect))
-            .collect();
-        // What is selected lies on top.
-        let (top, below): (Vec<_>, Vec<_>) =
-            names.into_iter().partition(|(name, _)| sight.selection.nodes.contains(name));
-        for (name, rect) in below.into_iter().chain(top) {
-            let (Some(shape), Some(entry)) = (sight.shapes.get(&name), sight.nodes.get(&name)) else {
-                continue;
-            };
-            let on_screen = Rect::from_min_max(self.to_screen(rect.min), self.to_screen(rect.max));
-            let path = format!("{}{name}", sight.prefix);
-            let look = Look {
-                name: &name,
-                shape,
-                place: sight.layout.nodes.get(&name).copied().unwrap_or_default(),
-                status: sight.board.get(&path),
-                picture: sight.pictures.get(&path),
-                mode: entry.mode,
-                selected: sight.selection.nodes.contains(&name),
-                watched: sight
-                    .watched
-                    .and_then(|output| output.rsplit_once('.'))
-                    .is_some_and(|(node, _)| node == path),
-                broken: sight.broken.contains(&path),
-            };
-            node::draw(ui.painter(), on_screen, self.zoom, &look, &sight.colors);
-            self.touch_node(ui, sight, &look, on_screen, rect, courses, actions);
-            if self.zoom >= TEXT {
-                self.pins(ui, sight, &name, shape, actions);
-            }
-        }
-    }
-
-    #[allow(clippy::too_many_arguments, reason = "one node, and all that its gestures hang on")]
-    fn touch_node(
-        &mut self,
-        ui: &mut Ui,
-        sight: &Sight<'_>,
-        look: &Look<'_>,
-        on_screen: Rect,
-        rect: Rect,
-        courses: &[Course],
-        actions: &mut Vec<Action>,
-    ) {
-        let name = look.name;
-        let response = ui.interact(on_screen, Id::new(("node", name)), Sense::click_and_drag());
-        response.widget_info(|| {
-            let state = node::state_text(look);
-            WidgetInfo::selected(
-                WidgetType::SelectableLabel,
-                true,
-                look.selected,
-                format!("Node {name}, {}, {state}", look.shape.ty),
-            )
-        });
-        let modifiers = ui.input(|i| i.modifiers);
-        let toggles = modifiers.shift || modifiers.command;
-        if response.double_clicked() {
-            if look.shape.group.is_some() {
-                actions.push(Action::Enter(name.to_owned()));
-            } else if let Some(output) = look.shape.outputs.first() {
-                actions.push(Action::Watch(Pin {
-                    node: name.to_owned(),
-                    socket: output.name.clone(),
-                    output: true,
-                }));
-            }
-        } else if response.clicked()
-            || response.secondary_clicked()
-            || (response.drag_started_by(PointerButton::Primary) && !look.selected)
-        {
-            let mut selection = if toggles { sight.selection.clone() } else { Selection::default() };
-            let keep = response.secondary_clicked() && look.selected;
-            if toggles && look.selected {
-                selection.nodes.remove(name);
-            } else {
-                selection.nodes.insert(name.to_owned());
-            }
-            if !keep {
-                actions.push(Action::Select(selection));
-            }
-        }
-        let moved = self.gesture == Gesture::Move && response.drag_stopped_by(PointerButton::Primary);
-        self.drag_selection(&response, actions);
-        // A node that has no links yet and is dropped on one goes into it.
-        let free = || !courses.iter().any(|course| course.from.node == name || course.to.node == name);
-        if moved && sight.selection.nodes.len() <= 1 && free() {
-            let hit = courses.iter().find(|course| links::distance(&course.points, rect.center()).0 < 18.0);
-            if let Some(course) = hit {
-                actions.push(Action::DropOnLink { node: name.to_owned(), link: course.text.clone() });
-            }
-        }
-        if response.hovered() && self.gesture == Gesture::None && self.zoom < NAMES {
-            response.clone().on_hover_text(format!("{name}: {}", look.shape.summary));
-        }
-        response.context_menu(|ui| {
-            for command in Command::OF_NODE {
-                let mut button = eframe::egui::Button::new(command.title());
-                if let Some(shortcut) = command.shortcut() {
-                    button = button.shortcut_text(ui.ctx().format_shortcut(&shortcut));
-                }
-                if ui.add(button).clicked() {
-                    actions.push(Action::Command(command));
-                    ui.close();
-                }
-            }
-            ui.menu_button("Look at", |ui| {
-                for output in &look.shape.outputs {
-                    if ui.button(&output.name).clicked() {
-                        actions.push(Action::Watch(Pin {
-                            node: name.to_owned(),
-                            socket: output.name.clone(),
-                            output: true,
-                        }));
-                        ui.close();
-                    }
-                }
-            });
-        });
-    }
-
-    fn pins(&mut self, ui: &mut Ui, sight: &Sight<'_>, node: &str, shape: &Shape, actions: &mut Vec<Action>) {
-        let all = shape.inputs.iter().map(|s| (false, s)).chain(shape.outputs.iter().map(|s| (true, s)));
-        for (output, socket) in all {
-            let pin = Pin { node: node.to_owned(), socket: socket.name.clone(), output };
-            let Some(at) = self.geometry.pins.get(&pin).map(|at| self.to_screen(*at)) else { continue };
-            let fits = match &self.gesture {
-                Gesture::Wire { from, .. } => {
-                    pair(from, &pin).is_some_and(|pair| joinable(sight, pair).is_ok())
-                }
-                _ => true,
-            };
-            let (color, shape) = theme::socket(&socket.ty);
-            let color = if fits { color } else { color.gamma_multiply(0.25) };
-            let response = ui.interact(
-                Rect::from_center_size(at, Vec2::splat((15.0 * self.zoom).max(8.0))),
-                Id::new(("pin", &pin.node, &pin.socket, output)),
-                Sense::click_and_drag(),
-            );
-            response.widget_info(|| {
-                let side = if output { "Output" } else { "Input" };
-                WidgetInfo::labeled(
-                    WidgetType::Other,
-                    true,
-                    format!("{side} {} of {node}, {}", socket.name, socket.ty),
-                )
-            });
-            let radius = if response.hovered() { 6.0 } else { 4.6 } * self.zoom;
-            theme::mark(ui.painter(), at, radius, shape, color, sight.colors.outline);
-            if response.drag_started_by(PointerButton::Primary) {
-                self.gesture = self.take_wire(sight, pin.clone());
-            }
-            if matches!(self.gesture, Gesture::Wire { .. }) && response.drag_stopped() {
-                self.drop_wire(sight, actions);
-            }
-            if self.gesture == Gesture::None {
-                let kind = if socket.ty.is_empty() { "unknown type" } else { &socket.ty };
-                response.on_hover_text(format!("{}: {kind}\n{}", socket.name, socket.docs));
-            }
-        }
-    }
-
-    /// A drag from an input that has a link picks that link up.
-    fn take_wire(&self, sight: &Sight<'_>, pin: Pin) -> Gesture {
-        let held =
-            sight.links.iter().rev().filter_map(|text| Some((text, breccia_engine::Link::parse(text)?)));
-        let held = held
-            .into_iter()
-            .find(|(_, link)| !pin.output && link.to_node == pin.node && link.to_socket == pin.socket);
-        match held {
-            Some((text, link)) => Gesture::Wire {
-                from: Pin { node: link.from_node, socket: link.from_socket, output: true },
-                picked: Some(text.clone()),
-            },
-            None => Gesture::Wire { from: pin, picked: None },
-        }
-    }
-
-    /// The socket near the pointer that a link could end at.
-    fn near(&self, from: &Pin) -> Option<Pin> {
-        let reach = 16.0 / self.zoom.max(0.4);
-        self.geometry
-            .pins
-            .iter()
-            .filter(|(pin, _)| pin.output != from.output)
-            .map(|(pin, at)| ((*at - self.pointer).length(), pin))
-            .filter(|(distance, _)| *distance < reach)
-            .min_by(|(a, _), (b, _)| a.total_cmp(b))
-            .map(|(_, pin)| pin.clone())
-    }
-
-    fn drop_wire(&mut self, sight: &Sight<'_>, actions: &mut Vec<Action>) {
-        let Gesture::Wire { from, picked } = std::mem::take(&mut self.gesture) else { return };
-        let target = self.near(&from);
-        if let (Some(picked), Some(target)) = (&picked, &target) {
-            // Put back where it was.
-            if breccia_engine::Link::parse(picked)
-                .is_some_and(|link| link.to_node == target.node && link.to_socket == target.socket)
-            {
-                return;
-            }
-        }
-        actions.extend(picked.clone().map(|link| Action::Disconnect(vec![link])));
-        match target {
-            Some(target) => {
-                let Some((output, input)) = pair(&from, &target) else { return };
-                match joinable(sight, (output.clone(), input.clone())) {
-                    Ok(()) => actions.push(Action::Connect(output, input)),
-                    Err(refusal) if refusal.conversions.is_empty() => {
-                        actions.push(Action::Say(refusal.reason))
-                    }
-                    Err(refusal) => {
-                        actions.push(Action::Say(format!("{}: pick a node that converts", refusal.reason)));
-                        actions.push(Action::Palette {
-                            at: place(self.pointer),
-                            joint: Some(Joint::Between(output, input)),
-                        });
-                    }
-                }
-            }
-            None if picked.is_none() => {
-                actions.push(Action::Palette { at: place(self.pointer), joint: Some(Joint::Pin(from)) });
-            }
-            None => {}
-        }
-    }
-
-    fn draw_gesture(&mut self, ui: &Ui, sight: &Sight<'_>) {
-        match &self.gesture {
-            Gesture::Box(from) => {
-                let rect = Rect::from_two_pos(self.to_screen(*from), self.to_screen(self.pointer));
-                ui.painter().rect_filled(rect, 0, sight.colors.selected.gamma_multiply(0.12));
-                ui.painter().rect_stroke(
-                    rect,
-                    0,
-                    Stroke::new(1.0, sight.colors.selected),
-                    StrokeKind::Inside,
-                );
-            }
-            Gesture::Wire { from, .. } => {
-                let Some(start) = self.geometry.pins.get(from).map(|at| self.to_screen(*at)) else {
-                    self.gesture = Gesture::None;
-                    return;
-                };
-                let target = self.near(from);
-                let end = target
-                    .as_ref()
-                    .and_then(|pin| self.geometry.pins.get(pin))
-                    .map_or(self.pointer, |at| *at);
-                let end = self.to_screen(end);
-                let refusal = target.and_then(|pin| joinable(sight, pair(from, &pin)?).err());
-                let color = if refusal.is_some() {
-                    sight.colors.error
-                } else {
-                    theme::socket(socket_type(sight, from)).0
-                };
-                let points = if from.output { [start, end] } else { [end, start] };
-                links::draw(ui.painter(), &points, Stroke::new(2.5, color), true);
-                if let Some(refusal) = refusal {
-                    label(ui, end + vec2(12.0, 14.0), &refusal.reason, sight);
-                }
-                // Escape lets go.
-                if ui.input(|i| i.key_pressed(eframe::egui::Key::Escape))
-                    || !ui.input(|i| i.pointer.any_down() || i.pointer.any_released())
-                {
-                    self.gesture = Gesture::None;
-                }
-            }
-            _ => {}
-        }
-    }
-
     fn draw_legend(&self, ui: &Ui, sight: &Sight<'_>) {
         let mut types: Vec<&str> = sight
             .shapes
@@ -763,36 +487,14 @@ impl Canvas {
     }
 }
 
-/// Output and input of two sockets.
-fn pair(a: &Pin, b: &Pin) -> Option<(Pin, Pin)> {
-    match (a.output, b.output) {
-        (true, false) => Some((a.clone(), b.clone())),
-        (false, true) => Some((b.clone(), a.clone())),
-        _ => None,
-    }
-}
-
-/// Whether a link from an output to an input would fit.
-fn joinable(sight: &Sight<'_>, (output, input): (Pin, Pin)) -> Result<(), Refusal> {
-    if output.node == input.node {
-        return Err(Refusal { reason: "a node cannot wait for itself".into(), conversions: Vec::new() });
-    }
-    let from = sight.shapes.get(&output.node).and_then(|shape| shape.output(&output.socket));
-    let to = sight.shapes.get(&input.node).and_then(|shape| shape.input(&input.socket));
-    match (from, to) {
-        (Some(from), Some(to)) => compatible(sight.registry, from, to),
-        _ => Ok(()),
-    }
-}
-
-fn socket_type<'a>(sight: &'a Sight<'_>, pin: &Pin) -> &'a str {
+pub(super) fn socket_type<'a>(sight: &'a Sight<'_>, pin: &Pin) -> &'a str {
     let shape = sight.shapes.get(&pin.node);
     let socket =
         shape.and_then(|shape| if pin.output { shape.output(&pin.socket) } else { shape.input(&pin.socket) });
     socket.map_or("", |socket| socket.ty.as_str())
 }
 
-fn label(ui: &Ui, at: Pos2, text: &str, sight: &Sight<'_>) {
+pub(super) fn label(ui: &Ui, at: Pos2, text: &str, sight: &Sight<'_>) {
     let painter =
         ui.ctx().layer_painter(eframe::egui::LayerId::new(eframe::egui::Order::Tooltip, Id::new("refusal")));
     let galley = painter.layout(text.to_owned(), FontId::proportional(13.0), Color32::WHITE, 360.0);

@@ -21,7 +21,9 @@ pub fn rebase(document: &mut Document, registry: &Registry, from: Option<&Path>,
     if from == to {
         return;
     }
-    let from = from.unwrap_or(Path::new(""));
+    // A document without a folder has its paths from where the program was started.
+    let here = std::env::current_dir().unwrap_or_default();
+    let from = from.unwrap_or(&here);
     document.change_paths(registry, from, &mut |path| Some(relative(Path::new(path), to)));
     groups(&mut document.groups, from, to);
 }

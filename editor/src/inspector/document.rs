@@ -120,7 +120,12 @@ pub fn document(
 
 fn title(ui: &mut Ui, state: &State, actions: &mut Vec<Action>) {
     let mut title = state.document.title.clone();
-    let response = ui.add(TextEdit::singleline(&mut title).hint_text("Title").desired_width(f32::INFINITY));
+    let response = ui.add(
+        TextEdit::singleline(&mut title)
+            .id(eframe::egui::Id::new("graph title"))
+            .hint_text("Title")
+            .desired_width(f32::INFINITY),
+    );
     response.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Title of the graph"));
     if response.changed() {
         actions.push(Action::Title(title));

@@ -1,7 +1,9 @@
 //! The widget for each kind of parameter.
 
 use breccia_engine::{ParamKind, ParamValue};
-use eframe::egui::{ComboBox, DragValue, Response, Slider, TextEdit, Ui, WidgetInfo, WidgetType};
+use eframe::egui::{
+    ComboBox, DragValue, Response, Slider, SliderClamping, TextEdit, Ui, WidgetInfo, WidgetType,
+};
 
 /// What a widget did.
 #[derive(Default)]
@@ -46,9 +48,9 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
             } else if ((max - min.max(&-1_000_000_000)) as f64) < SLIDER {
                 ui.spacing_mut().slider_width = (ui.available_width() - 96.0).clamp(40.0, 160.0);
                 let logarithmic = *min >= 0 && max.saturating_sub(*min) > 1000;
-                ui.add(Slider::new(&mut number, *min..=*max).logarithmic(logarithmic).suffix(suffix))
+                ui.add(slider(Slider::new(&mut number, *min..=*max)).logarithmic(logarithmic).suffix(suffix))
             } else {
-                ui.add(DragValue::new(&mut number).range(*min..=*max).suffix(suffix))
+                ui.add(drag(DragValue::new(&mut number)).range(*min..=*max).suffix(suffix))
             };
             let response = named(response, label, WidgetType::Slider);
             change.note(&response);
@@ -64,14 +66,14 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
                 ui.spacing_mut().slider_width = (ui.available_width() - 96.0).clamp(40.0, 160.0);
                 let logarithmic = *min >= 0.0 && max - min > 100.0;
                 ui.add(
-                    Slider::new(&mut number, *min..=*max)
+                    slider(Slider::new(&mut number, *min..=*max))
                         .logarithmic(logarithmic)
                         .smallest_positive(step.min(0.01))
                         .suffix(suffix),
                 )
             } else {
                 let speed = step.max(before.abs() * 0.01);
-                ui.add(DragValue::new(&mut number).range(*min..=*max).speed(speed).suffix(suffix))
+                ui.add(drag(DragValue::new(&mut number)).range(*min..=*max).speed(speed).suffix(suffix))
             };
             let response = named(response, label, WidgetType::Slider);
             change.note(&response);
@@ -111,12 +113,12 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
         (ParamKind::Ints { min_len, max_len, min, max }, list) => {
             let mut numbers: Vec<i64> = items(list).iter().map(as_int).collect();
             let before = numbers.clone();
-            if numbers.len() == 3 && (*min, *max) == (0, 255) {
+            if (*min_len, *max_len) == (3, 3) && (*min, *max) == (0, 255) {
                 bytes(ui, label, &mut numbers, &mut change);
             }
             let fresh = numbers.last().copied().unwrap_or(0).clamp(*min, *max);
             row(ui, label, &mut numbers, [*min_len, *max_len], fresh, &mut change, |number, ui| {
-                ui.add(DragValue::new(number).range(*min..=*max).suffix(suffix.as_str()))
+                ui.add(drag(DragValue::new(number)).range(*min..=*max).suffix(suffix.as_str()))
             });
             if numbers != before {
                 change.value = Some(ParamValue::List(numbers.into_iter().map(ParamValue::Int).collect()));
@@ -125,7 +127,7 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
         (ParamKind::Floats { min_len, max_len, min, max }, list) => {
             let mut numbers: Vec<f64> = items(list).iter().map(as_float).collect();
             let before: Vec<u64> = numbers.iter().map(|n| n.to_bits()).collect();
-            if numbers.len() == 3 && (*min, *max) == (0.0, 1.0) {
+            if (*min_len, *max_len) == (3, 3) && (*min, *max) == (0.0, 1.0) {
                 color(ui, label, &mut numbers, &mut change);
             }
             let fresh = numbers.last().copied().unwrap_or(0.0).clamp(*min, *max);
@@ -136,11 +138,20 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
                 super::curve::curve(ui, label, &mut numbers, &mut change);
             }
             row(ui, label, &mut numbers, [*min_len, *max_len], fresh, &mut change, |number, ui| {
-                ui.add(DragValue::new(number).range(*min..=*max).speed(speed).suffix(suffix.as_str()))
+                ui.add(drag(DragValue::new(number)).range(*min..=*max).speed(speed).suffix(suffix.as_str()))
             });
             if numbers.iter().map(|n| n.to_bits()).ne(before) {
                 change.value = Some(ParamValue::List(numbers.into_iter().map(ParamValue::Float).collect()));
             }
+        }
+        // A zone may take one number for each level.
+        (ParamKind::Int { min, max }, ParamValue::List(_)) => {
+            let several = ParamKind::Ints { min_len: 1, max_len: 16, min: *min, max: *max };
+            return edit(ui, label, &several, unit, value);
+        }
+        (ParamKind::Float { min, max, .. }, ParamValue::List(_)) => {
+            let several = ParamKind::Floats { min_len: 1, max_len: 16, min: *min, max: *max };
+            return edit(ui, label, &several, unit, value);
         }
         (_, found) => {
             // A value of another kind than the parameter takes: it is shown as it is, and can be put right as text or reset.
@@ -149,6 +160,16 @@ pub fn edit(ui: &mut Ui, label: &str, kind: &ParamKind, unit: &str, value: &Para
         }
     }
     change
+}
+
+/// A slider that leaves values alone until they are changed, and takes typed ones when they are complete.
+fn slider(slider: Slider<'_>) -> Slider<'_> {
+    slider.clamping(SliderClamping::Edits).update_while_editing(false)
+}
+
+/// A number field that does so.
+fn drag(field: DragValue<'_>) -> DragValue<'_> {
+    field.clamp_existing_to_range(false).update_while_editing(false)
 }
 
 fn suffix(unit: &str) -> String {
@@ -189,7 +210,7 @@ fn items(value: &ParamValue) -> Vec<ParamValue> {
 
 fn seed(ui: &mut Ui, label: &str, number: &mut i64, min: i64, max: i64, change: &mut Change) -> Response {
     ui.horizontal(|ui| {
-        let response = ui.add(DragValue::new(number).range(min..=max));
+        let response = ui.add(drag(DragValue::new(number)).range(min..=max));
         let dice = ui.button("🎲").on_hover_text("Another seed");
         dice.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Another {label}")));
         if dice.clicked() {

@@ -48,7 +48,7 @@ pub fn arrange(state: &mut State, at: &Address, nodes: &BTreeSet<String>, size: 
     let mut x = corner[0];
     let tallest = columns.iter().map(|column| height(column, size)).max().unwrap_or(0);
     for column in &columns {
-        let mut y = corner[1] + (tallest - height(column, size)) / 2;
+        let mut y = corner[1].saturating_add((tallest - height(column, size)) / 2);
         for node in column {
             layout.nodes.entry(node.clone()).or_default().at = [x, y];
             y = y.saturating_add(size(node)[1] + GAP);

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use breccia_engine::{Document, Group, Link, NodeEntry, ParamValue};
 
 use super::edit::{tidy, unique};
-use super::level::{Address, body};
+use super::level::{Address, body, free_group_name};
 use super::state::State;
 
 /// The nodes with the links between them, their places and the groups that they stand for, as the text of a document.
@@ -78,14 +78,16 @@ fn paste_named(
     let layout = copied.layouts.get("").cloned().unwrap_or_default();
     let corner = |i: usize| layout.nodes.values().map(|place| place.at[i]).min().unwrap_or(0);
     let corner = [corner(0), corner(1)];
-    let Some(level) = state.level_mut(at) else { return Err("there is no such graph".into()) };
     let mut groups = BTreeMap::new();
     for (name, group) in copied.document.groups {
+        let free = free_group_name(&state.document, &name);
+        let Some(level) = state.level_mut(at) else { return Err("there is no such graph".into()) };
         let same = level.groups.get(&name) == Some(&group);
-        let new = if same { name.clone() } else { unique(level.groups, &name) };
+        let new = if same { name.clone() } else { free };
         level.groups.insert(new.clone(), group);
         groups.insert(name, new);
     }
+    let Some(level) = state.level_mut(at) else { return Err("there is no such graph".into()) };
     let mut names = BTreeMap::new();
     let mut places = Vec::new();
     for (i, (old, mut entry)) in copied.document.nodes.into_iter().enumerate() {
@@ -99,7 +101,7 @@ fn paste_named(
         let offset = i32::try_from(i).unwrap_or(0).saturating_mul(24);
         let mut found = layout.nodes.get(&old).copied().unwrap_or_default();
         let from =
-            if layout.nodes.contains_key(&old) { found.at } else { [corner[0] + offset, corner[1] + offset] };
+            if layout.nodes.contains_key(&old) { found.at } else { corner.map(|c| c.saturating_add(offset)) };
         found.at = [0, 1].map(|i| from[i].saturating_sub(corner[i]).saturating_add(place[i]));
         places.push((name.clone(), found));
         names.insert(old, name);

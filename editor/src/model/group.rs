@@ -8,11 +8,11 @@ use breccia_engine::{
 
 use super::edit::{tidy, unique};
 use super::layout::{Layout, Place};
-use super::level::{Address, body};
+use super::level::{Address, body, free_group_name};
 use super::shape::Shape;
 use super::state::State;
 
-/// Makes nodes a group of their own, for which one node stands. Nodes that read the graph's input files stay outside. `ty` tells the type
+/// Makes nodes a group of their own, with what lies between them, for which one node stands. Nodes that read the graph's input files stay outside. `ty` tells the type
 /// of an output, `shape` what nodes look like. Returns the new node's name.
 pub fn group(
     state: &mut State,
@@ -20,6 +20,7 @@ pub fn group(
     nodes: &BTreeSet<String>,
     shape: &dyn Fn(&str) -> Option<Shape>,
 ) -> Option<String> {
+    let nodes = &closed(state, at, nodes);
     let shapes: BTreeMap<String, Shape> = nodes.iter().filter_map(|n| Some((n.clone(), shape(n)?))).collect();
     let sources: BTreeMap<String, String> = {
         let level = state.level(at)?;
@@ -30,6 +31,7 @@ pub fn group(
         })
         .collect()
     };
+    let body_name = free_group_name(&state.document, "group");
     let level = state.level_mut(at)?;
     let readers: BTreeSet<&String> = level.interface.inputs.values().map(|input| &input.node).collect();
     let nodes: BTreeSet<String> =
@@ -43,7 +45,6 @@ pub fn group(
             made.nodes.insert(node.clone(), entry);
         }
     }
-    let body_name = unique(level.groups, "group");
     let stand_in = unique(level.nodes, "group");
 
     // Links that cross the border go through the interface.
@@ -138,6 +139,29 @@ pub fn group(
     tidy(state, at);
     tidy(state, &at.within(&body_name));
     Some(stand_in)
+}
+
+/// Nodes with all that lies between them: left outside, it would wait for the group and the group for it.
+fn closed(state: &State, at: &Address, nodes: &BTreeSet<String>) -> BTreeSet<String> {
+    let Some(level) = state.level(at) else { return BTreeSet::new() };
+    let links: Vec<Link> = level.links.iter().filter_map(|link| Link::parse(link)).collect();
+    let reached = |forward: bool| {
+        let (mut seen, mut open) = (BTreeSet::new(), Vec::from_iter(nodes.iter().cloned()));
+        while let Some(node) = open.pop() {
+            let next = links
+                .iter()
+                .filter(|link| if forward { link.from_node == node } else { link.to_node == node });
+            for link in next {
+                let other = if forward { &link.to_node } else { &link.from_node };
+                if seen.insert(other.clone()) {
+                    open.push(other.clone());
+                }
+            }
+        }
+        seen
+    };
+    let between = &reached(true) & &reached(false);
+    nodes | &between
 }
 
 fn docs(found: Option<String>) -> String {

@@ -108,6 +108,19 @@ pub(super) fn body<'a>(
     })
 }
 
+/// A name for a group that no other group of the document has, so that it means the same from everywhere.
+pub fn free_group_name(document: &Document, stem: &str) -> String {
+    fn gather(groups: &BTreeMap<String, Group>, taken: &mut BTreeMap<String, ()>) {
+        for (name, group) in groups {
+            taken.insert(name.clone(), ());
+            gather(&group.groups, taken);
+        }
+    }
+    let mut taken = BTreeMap::new();
+    gather(&document.groups, &mut taken);
+    super::edit::unique(&taken, stem)
+}
+
 /// Whether the graph at an address, or one that it lies in, stands in a file of its own.
 pub(super) fn in_file(document: &Document, at: &Address) -> Option<String> {
     (1..=at.0.len()).find_map(|depth| {

@@ -24,10 +24,10 @@ pub use edit::{
 pub use group::{group, group_at, localise, ungroup};
 pub use history::History;
 pub use layout::{Frame, Layout, Place};
-pub use level::{Address, Crumb, Level, Trail};
-pub use params::{Exposure, expose, exposure, link_param, set_exposed, set_param, unexpose};
+pub use level::{Address, Crumb, Level, Trail, free_group_name};
+pub use params::{Exposure, expose, exposure, link_param, set_param, unexpose};
 pub use project::{Project, text_of};
-pub use shape::{ParamShape, Shape, Socket, Targets, shape_of};
+pub use shape::{ParamShape, Shape, Socket, shape_of};
 pub use state::State;
 
 #[cfg(test)]

@@ -55,13 +55,6 @@ pub fn set_param(state: &mut State, at: &Address, node: &str, param: &str, value
     };
 }
 
-/// Sets what an exposed parameter says for all of its targets.
-pub fn set_exposed(state: &mut State, at: &Address, name: &str, value: Option<ParamValue>) {
-    if let Some(exposed) = state.level_mut(at).and_then(|level| level.interface.params.get_mut(name)) {
-        exposed.default = value;
-    }
-}
-
 /// Offers a parameter to whoever runs the graph. `file` is the type of what a file parameter's node reads.
 pub fn expose(
     state: &mut State,

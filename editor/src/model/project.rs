@@ -47,7 +47,8 @@ impl Project {
         let before = self.state.clone();
         let answer = change(&mut self.state);
         if self.history.record(name, merge, &before, &self.state) {
-            self.touched(before.document != self.state.document);
+            let matters = matters(&before, &self.state);
+            self.touched(matters);
         }
         answer
     }
@@ -70,15 +71,19 @@ impl Project {
 
     /// Undoes the last step; returns its name.
     pub fn undo(&mut self) -> Option<String> {
+        let before = self.state.clone();
         let name = self.history.undo(&mut self.state)?.to_owned();
-        self.touched(true);
+        let matters = matters(&before, &self.state);
+        self.touched(matters);
         Some(name)
     }
 
     /// Does the last undone step again; returns its name.
     pub fn redo(&mut self) -> Option<String> {
+        let before = self.state.clone();
         let name = self.history.redo(&mut self.state)?.to_owned();
-        self.touched(true);
+        let matters = matters(&before, &self.state);
+        self.touched(matters);
         Some(name)
     }
 
@@ -115,6 +120,12 @@ impl Project {
             self.path.as_deref().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
         file.or_else(|| self.origin.clone()).unwrap_or_else(|| "untitled".to_owned())
     }
+}
+
+/// Whether two states differ in something that a run, or what nodes look like, could notice.
+fn matters(a: &State, b: &State) -> bool {
+    let (a, b) = (&a.document, &b.document);
+    a.nodes != b.nodes || a.links != b.links || a.interface != b.interface || a.groups != b.groups
 }
 
 /// The text of a state, as it is saved.

@@ -1,6 +1,6 @@
 //! What a node looks like from outside: its sockets and parameters, from its type or from the graph that it stands for.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use breccia_engine::{Arity, Document, Group, Link, NodeEntry, ParamKind, ParamSpec, ParamValue, Registry};
 
@@ -91,9 +91,6 @@ impl Shape {
     }
 }
 
-/// Parameters as `node.param`.
-pub type Targets = Vec<String>;
-
 /// What a node looks like. `document` has its groups included, so that those in files are known too; `name` is the node's.
 pub fn shape_of(
     document: &Document,
@@ -102,7 +99,7 @@ pub fn shape_of(
     name: &str,
     entry: &NodeEntry,
 ) -> Shape {
-    shape(document, registry, at, name, entry, 0)
+    shape(document, registry, at, name, entry, &mut Vec::new())
 }
 
 fn shape(
@@ -111,7 +108,7 @@ fn shape(
     at: &Address,
     name: &str,
     entry: &NodeEntry,
-    depth: usize,
+    way: &mut Vec<Address>,
 ) -> Shape {
     let Some(ty) = registry.node(&entry.ty) else { return placeholder(document, at, name, entry) };
     let spec = &ty.spec;
@@ -135,8 +132,14 @@ fn shape(
     };
     let stands_for_graph = spec.params.iter().any(|param| param.name == "body") && spec.category == "flow";
     if stands_for_graph {
-        match body(document, at, entry).filter(|_| depth < MAX_DEPTH) {
-            Some((address, group)) => inside(&mut found, document, registry, &address, group, depth + 1),
+        // A group that holds itself has no end.
+        match body(document, at, entry).filter(|(address, _)| way.len() < MAX_DEPTH && !way.contains(address))
+        {
+            Some((address, group)) => {
+                way.push(address.clone());
+                inside(&mut found, document, registry, &address, group, way);
+                way.pop();
+            }
             None => {
                 let placeholder = placeholder(document, at, name, entry);
                 found.known = false;
@@ -154,12 +157,21 @@ fn inside(
     registry: &Registry,
     address: &Address,
     group: &Group,
-    depth: usize,
+    way: &mut Vec<Address>,
 ) {
-    let inner = |node: &str| {
-        let entry = group.nodes.get(node)?;
-        Some(shape(document, registry, address, node, entry, depth))
-    };
+    // Each inner node once, however many entries of the interface name it.
+    let named = group.interface.inputs.values().flat_map(|input| &input.targets);
+    let named = named.chain(group.interface.params.values().flat_map(|param| &param.targets));
+    let named = named.filter_map(|target| target.split_once('.')).map(|(node, _)| node);
+    let named: BTreeSet<&str> =
+        named.chain(group.interface.outputs.values().map(|o| o.node.as_str())).collect();
+    let mut shapes = BTreeMap::new();
+    for node in named {
+        if let Some(entry) = group.nodes.get(node) {
+            shapes.insert(node, shape(document, registry, address, node, entry, way));
+        }
+    }
+    let inner = |node: &str| shapes.get(node);
     if !group.docs.is_empty() {
         found.docs = format!("{}\n\n{}", group.docs, found.docs);
     }

@@ -203,6 +203,16 @@ fn grouping_and_ungrouping_change_no_result() {
 }
 
 #[test]
+fn what_lies_between_grouped_nodes_comes_along() {
+    let mut state = checkers();
+    let known = shapes(&state, &root());
+    let made = group(&mut state, &root(), &names(&["checker", "solid"]), &|name| known.get(name).cloned())
+        .expect("a group");
+    assert_eq!(state.document.nodes.keys().collect::<Vec<_>>(), [&made]);
+    assert!(Graph::new(&state.to_document(), &registry()).is_ok());
+}
+
+#[test]
 fn a_group_in_a_file_becomes_part_of_the_document() {
     let mut state = preset("optimize_volume");
     let mut included = state.document.clone();
@@ -225,13 +235,8 @@ fn copies_are_linked_as_the_originals_were() {
     assert_eq!(pasted, names(&["slab_2", "jitter_2"]));
     assert!(state.document.links.contains(&"slab_2.initial -> jitter_2.initial".to_owned()));
     assert!(!state.document.links.iter().any(|link| link.ends_with("slab_2.pyramid")));
-    let doubled = duplicate(
-        &mut state,
-        &root(),
-        &names(&["slab"]),
-        &copy(&state.clone(), &root(), &names(&["slab"])).expect("a node"),
-        [0, 0],
-    );
+    let text = copy(&state, &root(), &names(&["slab"])).expect("a node");
+    let doubled = duplicate(&mut state, &root(), &names(&["slab"]), &text, [0, 0]);
     assert_eq!(doubled.expect("a node"), names(&["slab_3"]));
     assert!(state.document.links.contains(&"pyramid.pyramid -> slab_3.pyramid".to_owned()));
 }

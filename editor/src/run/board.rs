@@ -1,6 +1,6 @@
 //! What is known of every node: gathered from the events of runs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Instant;
 
 use breccia_engine::{CacheLevel, Device, Event};
@@ -91,6 +91,15 @@ impl Board {
         for status in self.nodes.values_mut() {
             status.stale = true;
         }
+    }
+
+    /// Forgets nodes that are not there, or do not run, any more. Groups stand for the nodes in them.
+    pub fn keep(&mut self, nodes: &BTreeSet<String>) {
+        let within = |name: &str| {
+            let inner = format!("{name}/");
+            nodes.range(inner.clone()..).next().is_some_and(|next| next.starts_with(&inner))
+        };
+        self.nodes.retain(|name, _| nodes.contains(name) || within(name));
     }
 
     /// A run begins.

@@ -21,6 +21,8 @@ pub struct Checked {
     pub broken: BTreeSet<String>,
     /// What can run.
     pub graph: Option<Arc<Graph>>,
+    /// For each node of the document those that it needs.
+    pub needs: BTreeMap<String, BTreeSet<String>>,
 }
 
 /// Looks over a document. One node that is not wired yet must not keep the others from running, so nodes with problems are
@@ -41,7 +43,11 @@ pub fn check(
         problems: Vec::new(),
         broken: BTreeSet::new(),
         graph: None,
+        needs: BTreeMap::new(),
     };
+    for link in included.links.iter().filter_map(|link| Link::parse(link)) {
+        checked.needs.entry(link.to_node).or_default().insert(link.from_node);
+    }
     let mut part = (*included).clone();
     part.editor = ron::Value::Unit;
     for round in 0..ROUNDS {

@@ -60,7 +60,7 @@ fn what_all_runs_cancelled_stops() {
     let cancels = [CancelToken::default(), CancelToken::default()];
     std::thread::scope(|scope| {
         for cancel in &cancels {
-            scope.spawn(|| assert!(crate::support::try_run(&engine, &graph, &["s.out"], cancel).is_err()));
+            scope.spawn(|| assert!(crate::support::try_run(&engine, &graph, &["s.out"], cancel).1.is_err()));
         }
         std::thread::sleep(Duration::from_millis(100));
         cancels.iter().for_each(CancelToken::cancel);
@@ -90,7 +90,7 @@ fn a_wide_graph_gives_the_same_on_any_number_of_threads() {
         (0..60).map(|i| format!(r#""c{i}.out -> h{i}.in", "h{i}.out -> add.terms","#)).collect();
     let graph = graph(&format!(r#"{nodes} "add": (type: "test.add")"#), &links);
     for threads in [1, 2, 5] {
-        let registry = std::sync::Arc::new(crate::nodes::registry());
+        let registry = Arc::new(crate::nodes::registry());
         let engine = breccia_engine::Engine::builder().threads(threads).build(registry).unwrap();
         let trace = run(&engine, &graph, &["add.sum"]);
         assert_eq!(trace.number("add.sum"), (0..60).map(|i| i / 2).sum::<i64>());

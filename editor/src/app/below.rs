@@ -1,0 +1,155 @@
+//! What happens: the line below, the list of problems, and questions.
+
+use std::time::Duration;
+
+use eframe::egui::{self, Align, Context, Layout, Panel, RichText, ScrollArea, Ui, WidgetInfo, WidgetType};
+
+use super::{App, Question};
+use crate::action::Action;
+use crate::command::Command;
+
+impl App {
+    /// The line below: what was said last, what runs, how many problems.
+    pub(super) fn line(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        ui.horizontal(|ui| {
+            let count = self.checked.problems.len()
+                + self.board.failures().count()
+                + usize::from(self.checked.include_error.is_some());
+            let text = if count == 0 {
+                "No problems".to_owned()
+            } else if count == 1 {
+                "1 problem".to_owned()
+            } else {
+                format!("{count} problems")
+            };
+            let text = if count == 0 {
+                RichText::new(text).weak()
+            } else {
+                RichText::new(text).color(ui.visuals().error_fg_color)
+            };
+            let button = ui
+                .selectable_label(self.open.problems, text)
+                .on_hover_text("Shows or hides the list of problems");
+            if button.clicked() {
+                self.open.problems = !self.open.problems;
+            }
+            ui.separator();
+            let running: Vec<_> = self
+                .board
+                .running()
+                .filter(|(name, _)| !name.contains('/'))
+                .map(|(name, done)| (name.to_owned(), done))
+                .collect();
+            if let Some((name, done)) = running.first() {
+                let elapsed = self.board.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
+                let more = if running.len() > 1 {
+                    format!(" and {} more", running.len() - 1)
+                } else {
+                    String::new()
+                };
+                ui.label(format!("{name} {:.0} %{more}, {}", done * 100.0, crate::canvas::seconds(elapsed)));
+                if ui.small_button("Stop").clicked() {
+                    actions.push(Action::Command(Command::Stop));
+                }
+            } else if let Some((seconds, computed, cached)) = self.board.last {
+                ui.weak(format!("{computed} computed, {cached} cached, {}", crate::canvas::seconds(seconds)));
+            }
+            if let Some((text, since)) = &self.said {
+                ui.separator();
+                let label = if since.elapsed() < Duration::from_secs(8) {
+                    RichText::new(text)
+                } else {
+                    RichText::new(text).weak()
+                };
+                ui.add(egui::Label::new(label).truncate()).on_hover_text(text);
+            }
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let (values, bytes) = self.runner.engine().memory_usage();
+                ui.weak(format!("{values} results, {}", crate::canvas::bytes(bytes)))
+                    .on_hover_text("Results that are kept in memory");
+                if let Some(device) = &self.board.device {
+                    ui.weak("device").on_hover_text(device);
+                }
+            });
+        });
+    }
+
+    /// Questions. They stand above the canvas and keep nobody from going on.
+    pub(super) fn notices(&mut self, ui: &mut Ui, actions: &mut Vec<Action>, ctx: &Context) {
+        let Some(question) = self.question.clone() else { return };
+        Panel::top("question").show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| match question {
+                Question::Unsaved(after) => {
+                    ui.strong(format!("{} has changes that are not saved.", self.project.name()));
+                    if ui.button("Save and go on").clicked() {
+                        self.question = None;
+                        match self.project.path.clone() {
+                            Some(path) => {
+                                if self.save_to(&path) {
+                                    self.go_on(after.clone(), ctx);
+                                }
+                            }
+                            None => {
+                                self.then = Some(after.clone());
+                                self.save_as();
+                            }
+                        }
+                    }
+                    if ui.button("Go on without saving").clicked() {
+                        self.question = None;
+                        self.go_on(after, ctx);
+                    }
+                    if ui.button("Stay").clicked() {
+                        self.question = None;
+                    }
+                }
+                Question::Changed => {
+                    ui.strong(format!("{} was changed by another program.", self.project.name()));
+                    if ui.button("Reload").clicked() {
+                        self.question = None;
+                        actions.push(Action::Command(Command::Reload));
+                    }
+                    if ui.button("Keep what is here").clicked() {
+                        self.question = None;
+                        self.memory.accept();
+                    }
+                }
+            });
+        });
+    }
+
+    pub(super) fn problems(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+            let mut row = |ui: &mut Ui, node: Option<String>, text: &str| {
+                ui.horizontal(|ui| {
+                    if let Some(node) = node {
+                        let show = ui.small_button("Show me");
+                        show.widget_info(|| {
+                            WidgetInfo::labeled(WidgetType::Button, true, format!("Show {node}"))
+                        });
+                        if show.clicked() {
+                            actions.push(Action::Reveal(node));
+                        }
+                    }
+                    ui.add(egui::Label::new(text).wrap());
+                });
+            };
+            if let Some(error) = &self.checked.include_error {
+                row(ui, None, error);
+            }
+            for problem in &self.checked.problems {
+                row(ui, problem.node.clone(), &problem.to_string());
+            }
+            for (node, status) in self.board.failures() {
+                row(
+                    ui,
+                    Some(node.to_owned()),
+                    &format!("{node}: {}", status.error.as_deref().unwrap_or("failed")),
+                );
+            }
+            for warning in &self.board.warnings {
+                row(ui, None, warning);
+            }
+        });
+    }
+}
