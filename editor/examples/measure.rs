@@ -7,6 +7,8 @@
 //! cargo run --release -p breccia-editor --example measure -- endurance 600
 //! ```
 
+#![allow(clippy::print_stdout, reason = "it prints what it measured")]
+
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 

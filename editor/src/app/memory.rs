@@ -200,10 +200,10 @@ impl Memory {
 
     /// A leftover is not needed any more.
     pub fn discard(&mut self, path: &Path) {
-        if let Some(at) = self.leftovers.iter().position(|found| found.path() == path) {
-            if let Err(error) = self.leftovers.remove(at).discard() {
-                self.messages.push(format!("the copy cannot be removed: {error}"));
-            }
+        if let Some(at) = self.leftovers.iter().position(|found| found.path() == path)
+            && let Err(error) = self.leftovers.remove(at).discard()
+        {
+            self.messages.push(format!("the copy cannot be removed: {error}"));
         }
     }
 }

@@ -59,10 +59,8 @@ impl App {
             match event {
                 egui::Event::Copy if !typing => actions.push(Action::Command(Command::Copy)),
                 egui::Event::Cut if !typing => actions.push(Action::Command(Command::Cut)),
-                egui::Event::Paste(text) if !typing => {
-                    if self.foreign().is_none() {
-                        self.paste(&text);
-                    }
+                egui::Event::Paste(text) if !typing && self.foreign().is_none() => {
+                    self.paste(&text);
                 }
                 _ => {}
             }

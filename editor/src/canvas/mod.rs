@@ -1,5 +1,5 @@
 //! The canvas: nodes and links of one graph, drawn anew every frame from the document. What the user does to it comes out as
-//! [`Action`]s; nothing is changed here but where the canvas looks.
+//! [`Action`](crate::action::Action)s; nothing is changed here but where the canvas looks.
 
 mod geometry;
 mod gesture;

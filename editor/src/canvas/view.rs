@@ -175,10 +175,11 @@ impl Canvas {
         self.draw_links(ui, sight, &courses, &mut actions);
         self.draw_nodes(ui, sight, &courses, &mut actions);
         self.draw_gesture(ui, sight);
-        if self.map && sight.nodes.len() > 1 {
-            if let Some(to) = minimap::show(ui, self.rect, self.seen(), sight, &self.geometry) {
-                self.pan = self.rect.size() / 2.0 - to.to_vec2() * self.zoom;
-            }
+        if self.map
+            && sight.nodes.len() > 1
+            && let Some(to) = minimap::show(ui, self.rect, self.seen(), sight, &self.geometry)
+        {
+            self.pan = self.rect.size() / 2.0 - to.to_vec2() * self.zoom;
         }
         if self.legend {
             self.draw_legend(ui, sight);
@@ -373,26 +374,25 @@ impl Canvas {
             } else {
                 Selection::default()
             };
-            if let Some((_, course)) = under() {
-                if !selection.links.remove(&course.text) {
-                    selection.links.insert(course.text.clone());
-                }
+            if let Some((_, course)) = under()
+                && !selection.links.remove(&course.text)
+            {
+                selection.links.insert(course.text.clone());
             }
             actions.push(Action::Select(selection));
         }
         if back.drag_started_by(PointerButton::Primary) {
             self.gesture = Gesture::Box(self.pointer);
         }
-        if let Gesture::Box(from) = self.gesture {
-            if back.drag_stopped() {
-                let area = Rect::from_two_pos(from, self.pointer);
-                let mut selection =
-                    if modifiers.shift { sight.selection.clone() } else { Selection::default() };
-                let inside = self.geometry.nodes.iter().filter(|(_, rect)| area.intersects(**rect));
-                selection.nodes.extend(inside.map(|(name, _)| name.clone()));
-                actions.push(Action::Select(selection));
-                self.gesture = Gesture::None;
-            }
+        if let Gesture::Box(from) = self.gesture
+            && back.drag_stopped()
+        {
+            let area = Rect::from_two_pos(from, self.pointer);
+            let mut selection = if modifiers.shift { sight.selection.clone() } else { Selection::default() };
+            let inside = self.geometry.nodes.iter().filter(|(_, rect)| area.intersects(**rect));
+            selection.nodes.extend(inside.map(|(name, _)| name.clone()));
+            actions.push(Action::Select(selection));
+            self.gesture = Gesture::None;
         }
     }
 

@@ -85,10 +85,10 @@ fn columns(nodes: &BTreeSet<String>, links: &[(String, String)]) -> Vec<Vec<Stri
         for (from, _) in links {
             let next =
                 links.iter().filter(|(f, _)| f == from).filter_map(|(_, to)| late.get(to.as_str())).min();
-            if let Some(wanted) = next.and_then(|d| d.checked_sub(1)) {
-                if let Some(d) = late.get_mut(from.as_str()).filter(|d| **d < wanted) {
-                    *d = wanted;
-                }
+            if let Some(wanted) = next.and_then(|d| d.checked_sub(1))
+                && let Some(d) = late.get_mut(from.as_str()).filter(|d| **d < wanted)
+            {
+                *d = wanted;
             }
         }
     }

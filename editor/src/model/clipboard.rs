@@ -91,10 +91,10 @@ fn paste_named(
     let mut names = BTreeMap::new();
     let mut places = Vec::new();
     for (i, (old, mut entry)) in copied.document.nodes.into_iter().enumerate() {
-        if let Some(ParamValue::Text(body)) = entry.params.get_mut("body") {
-            if let Some(new) = groups.get(body) {
-                body.clone_from(new);
-            }
+        if let Some(ParamValue::Text(body)) = entry.params.get_mut("body")
+            && let Some(new) = groups.get(body)
+        {
+            body.clone_from(new);
         }
         let name = unique(level.nodes, &old);
         level.nodes.insert(name.clone(), entry);

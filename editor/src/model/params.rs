@@ -42,11 +42,11 @@ pub fn set_param(state: &mut State, at: &Address, node: &str, param: &str, value
         _ => None,
     };
     let Some(level) = state.level_mut(at) else { return };
-    if let Some(exposed) = shared.and_then(|name| level.interface.params.get_mut(&name)) {
-        if exposed.default.is_some() || exposed.targets.len() > 1 {
-            exposed.default = value;
-            return;
-        }
+    if let Some(exposed) = shared.and_then(|name| level.interface.params.get_mut(&name))
+        && (exposed.default.is_some() || exposed.targets.len() > 1)
+    {
+        exposed.default = value;
+        return;
     }
     let Some(entry) = level.nodes.get_mut(node) else { return };
     match value {

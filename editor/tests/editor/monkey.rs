@@ -1,6 +1,6 @@
 //! Ten thousand things that nobody would do.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
 use breccia_editor::action::{Action, Joint, Kind, Pin, Selection};
@@ -226,9 +226,12 @@ fn event(dice: &mut Dice, desk: &mut Desk) {
     }
 }
 
+/// What is asked of the nodes and links of one graph, by its name.
+type Check<'a> = &'a dyn Fn(&BTreeMap<String, NodeEntry>, &[String], &str);
+
 /// What must hold of every document.
 fn check(state: &State) {
-    let graph = |nodes: &std::collections::BTreeMap<String, NodeEntry>, links: &[String], at: &str| {
+    let graph = |nodes: &BTreeMap<String, NodeEntry>, links: &[String], at: &str| {
         let mut seen = BTreeSet::new();
         for text in links {
             let link = Link::parse(text).unwrap_or_else(|| panic!("{at}: no link: {text}"));
@@ -241,10 +244,7 @@ fn check(state: &State) {
         }
         assert!(acyclic(nodes, links), "{at}: nodes that wait for each other");
     };
-    fn groups(
-        found: &std::collections::BTreeMap<String, Group>,
-        check: &dyn Fn(&std::collections::BTreeMap<String, NodeEntry>, &[String], &str),
-    ) {
+    fn groups(found: &BTreeMap<String, Group>, check: Check<'_>) {
         for (name, group) in found {
             check(&group.nodes, &group.links, name);
             groups(&group.groups, check);
@@ -273,7 +273,7 @@ fn check(state: &State) {
     assert_eq!(text_of(&State::new(read)), text);
 }
 
-fn acyclic(nodes: &std::collections::BTreeMap<String, NodeEntry>, links: &[String]) -> bool {
+fn acyclic(nodes: &BTreeMap<String, NodeEntry>, links: &[String]) -> bool {
     let mut links: Vec<Link> = links.iter().filter_map(|link| Link::parse(link)).collect();
     let mut left: BTreeSet<&String> = nodes.keys().collect();
     loop {
@@ -326,5 +326,5 @@ fn ten_thousand_random_actions_break_nothing_and_are_undone_byte_for_byte() {
         desk.app().act(Action::Command(Command::Redo), &ctx);
     }
     assert_eq!(text_of(desk.app().project().state()), last, "done again byte for byte");
-    println!("{ACTIONS} actions, {steps} steps of history");
+    eprintln!("{ACTIONS} actions, {steps} steps of history");
 }
