@@ -91,8 +91,14 @@ impl Screen {
     }
 
     fn keys(&self, window: &str, keys: &[&str]) {
-        // There is no window manager that would do it.
-        self.tool(&["windowfocus", "--sync", window]);
+        // There is no window manager that would do it, and a window that is not drawn yet takes no keys.
+        let begun = Instant::now();
+        while self.tool(&["getwindowfocus"]) != window {
+            assert!(begun.elapsed() < PATIENCE, "the window takes no keys");
+            self.tool(&["windowfocus", window]);
+            std::thread::sleep(Duration::from_millis(100));
+        }
+        std::thread::sleep(Duration::from_millis(500));
         for key in keys {
             self.tool(&["key", key]);
             std::thread::sleep(Duration::from_millis(300));
