@@ -7,6 +7,9 @@ use eframe::{egui, wgpu};
 
 use crate::app::{App, Picker, Settings};
 
+/// Under what name the system keeps which panels are open.
+const HABITS: &str = "habits";
+
 /// The application in its window.
 pub struct Window(pub App);
 
@@ -23,6 +26,9 @@ impl Window {
     ) -> Result<Self, Box<dyn std::error::Error + Send + Sync>> {
         egui_extras::install_image_loaders(&creation.egui_ctx);
         let mut app = App::new(&creation.egui_ctx, creation.wgpu_render_state.as_ref(), settings, picker)?;
+        if let Some(habits) = creation.storage.and_then(|storage| storage.get_string(HABITS)) {
+            app.set_habits(&habits);
+        }
         match graph {
             Some(name) => app.open_named(name, &creation.egui_ctx)?,
             None => app.welcome(),
@@ -34,6 +40,10 @@ impl Window {
 impl eframe::App for Window {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         self.0.ui(ui);
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        storage.set_string(HABITS, self.0.habits());
     }
 
     fn on_exit(&mut self) {

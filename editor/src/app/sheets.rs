@@ -216,6 +216,30 @@ impl App {
         self.open.gallery = !self.open.tour;
     }
 
+    /// Which panels are open and whether runs are live, as a few words to be kept.
+    pub fn habits(&self) -> String {
+        let all = [
+            ("inspector", self.open.inspector),
+            ("viewport", self.open.viewport),
+            ("problems", self.open.problems),
+            ("map", self.canvas.map),
+            ("legend", self.canvas.legend),
+            ("live", self.live),
+        ];
+        all.iter().filter(|(_, on)| *on).map(|(name, _)| *name).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Opens the panels that were open last time.
+    pub fn set_habits(&mut self, habits: &str) {
+        let has = |name: &str| habits.split(' ').any(|habit| habit == name);
+        self.open.inspector = has("inspector");
+        self.open.viewport = has("viewport");
+        self.open.problems = has("problems");
+        self.canvas.map = has("map");
+        self.canvas.legend = has("legend");
+        self.live = has("live");
+    }
+
     /// The window is closed on purpose.
     pub fn closed(&mut self) {
         self.stop();

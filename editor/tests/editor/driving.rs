@@ -266,3 +266,54 @@ fn the_window_looks_as_it_did() {
     let options = SnapshotOptions::new().threshold(1.0).max_failed_pixels(400);
     desk.harness.snapshot_options("hybrid_mesh", &options);
 }
+
+#[test]
+fn a_save_that_fails_changes_nothing() {
+    let mut desk = open(None, false);
+    command(&mut desk, Command::Live);
+    let path = desk.folder.path().join("plain.ron");
+    let document = r#"(format: "breccia-graph", version: 2, nodes: {"photo": (type: "io.read_image", params: {"path": "stone.png"})}, links: [])"#;
+    std::fs::write(&path, document).expect("a file");
+    desk.app().open_path(&path);
+    desk.frames(1);
+    let before = text_of(desk.app().project().state());
+    // A file is no folder.
+    assert!(!desk.app().save_to(&path.join("inside.ron")));
+    assert_eq!(text_of(desk.app().project().state()), before);
+    assert!(!desk.app().project().is_dirty());
+    // Elsewhere the same file is meant.
+    let elsewhere = desk.folder.path().join("below/plain.ron");
+    assert!(desk.app().save_to(&elsewhere));
+    let saved = std::fs::read_to_string(&elsewhere).expect("a file");
+    let whole = desk.folder.path().join("stone.png");
+    assert!(saved.contains(&whole.display().to_string()), "{saved}");
+    assert!(!desk.app().project().is_dirty());
+}
+
+#[test]
+fn looking_at_a_value_out_of_range_leaves_it_alone() {
+    let mut desk = open(None, false);
+    command(&mut desk, Command::Live);
+    command(&mut desk, Command::SelectNone);
+    let path = desk.folder.path().join("odd.ron");
+    let document = r#"(format: "breccia-graph", version: 2, nodes: {"checker": (type: "solid.checker", params: {"cell": 99999, "noise": -3, "first": (1, 2, 999)})}, links: [])"#;
+    std::fs::write(&path, document).expect("a file");
+    desk.app().open_path(&path);
+    command(&mut desk, Command::SelectAll);
+    desk.frames(5);
+    assert!(!desk.app().project().is_dirty());
+}
+
+#[test]
+fn what_is_open_is_open_again() {
+    let mut desk = open(Some("lazy_slice"), false);
+    for toggled in [Command::Live, Command::Inspector, Command::Legend] {
+        command(&mut desk, toggled);
+    }
+    let habits = desk.app().habits();
+    let mut again = open(Some("lazy_slice"), false);
+    assert_ne!(again.app().habits(), habits);
+    again.app().set_habits(&habits);
+    again.frames(2);
+    assert_eq!(again.app().habits(), habits);
+}
