@@ -7,6 +7,7 @@ use std::time::Duration;
 use breccia_engine::EngineError;
 use breccia_nodes::device::{AdapterKind, Gpu, GpuSettings};
 use eframe::egui_wgpu::RenderState;
+use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_priority};
 
 /// How the application runs.
 #[derive(Clone, Debug)]
@@ -58,8 +59,13 @@ pub(super) fn is_fast(gpu: &Gpu) -> bool {
     gpu.report().kind != AdapterKind::Software
 }
 
+/// How much threads that compute give way, from 0 (to everything) to 99 (to nothing): on Linux a niceness of 5. Enough for the window
+/// to come first, and not so much that other programs leave nothing over.
+const PRIORITY: u8 = 35;
+
 /// Threads that compute give way to the one that draws.
 pub fn yield_to_the_window() {
+    let Ok(value) = ThreadPriorityValue::try_from(PRIORITY) else { return };
     // Where the system does not allow it they compete as equals, which is slower to look at and nothing worse.
-    let _ = thread_priority::set_current_thread_priority(thread_priority::ThreadPriority::Min);
+    let _ = set_current_thread_priority(ThreadPriority::Crossplatform(value));
 }
