@@ -31,13 +31,12 @@ fn there(program: &str) -> bool {
 }
 
 impl Screen {
-    /// A screen; `None` where the programs for it are not there, which fails where tests must have an adapter.
+    /// A screen; `None` where the programs for it are not there, which fails where tests must have one.
     fn open() -> Option<Self> {
         if !there("Xvfb") || !there("xdotool") {
-            assert!(
-                std::env::var_os("BRECCIA_REQUIRE_DEVICE").is_none(),
-                "Xvfb or xdotool is missing; scripts/setup installs them"
-            );
+            let required = std::env::var_os("BRECCIA_REQUIRE_SCREEN").is_some();
+            assert!(!required, "Xvfb or xdotool is missing; scripts/setup installs them");
+            eprintln!("skipped: the test of the window wants Xvfb and xdotool");
             return None;
         }
         let mut server = Command::new("Xvfb")
