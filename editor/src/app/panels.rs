@@ -239,44 +239,27 @@ impl App {
 
     fn tools(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
         ui.horizontal(|ui| {
-            let mut tool = |ui: &mut Ui, text: &str, command: Command| {
-                let response = ui.button(text).on_hover_text(match command.shortcut() {
-                    Some(shortcut) => format!("{} ({})", command.docs(), ui.ctx().format_shortcut(&shortcut)),
-                    None => command.docs().to_owned(),
-                });
-                response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, command.title()));
-                if response.clicked() {
-                    actions.push(Action::Command(command));
-                }
-            };
-            tool(ui, "Presets", Command::Gallery);
-            tool(ui, "Open", Command::Open);
-            tool(ui, "Save", Command::Save);
+            tool(ui, "Presets", Command::Gallery, actions);
+            tool(ui, "Open", Command::Open, actions);
+            tool(ui, "Save", Command::Save, actions);
             ui.separator();
-            tool(ui, "Undo", Command::Undo);
-            tool(ui, "Redo", Command::Redo);
+            tool(ui, "Undo", Command::Undo, actions);
+            tool(ui, "Redo", Command::Redo, actions);
             ui.separator();
-            tool(ui, "Add node", Command::AddNode);
-            tool(ui, "Lay out", Command::Arrange);
-            tool(ui, "Show all", Command::FitAll);
+            tool(ui, "Add node", Command::AddNode, actions);
+            tool(ui, "Lay out", Command::Arrange, actions);
+            tool(ui, "Show all", Command::FitAll, actions);
             ui.separator();
-            tool(ui, "Run", Command::Run);
-            tool(ui, "Stop", Command::Stop);
+            tool(ui, "Run", Command::Run, actions);
+            tool(ui, "Stop", Command::Stop, actions);
             let mut live = self.live;
             if ui.checkbox(&mut live, "Live").on_hover_text(Command::Live.docs()).changed() {
                 actions.push(Action::Command(Command::Live));
             }
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let mut tool = |ui: &mut Ui, text: &str, command: Command| {
-                    let response = ui.button(text).on_hover_text(command.docs());
-                    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, command.title()));
-                    if response.clicked() {
-                        actions.push(Action::Command(command));
-                    }
-                };
-                tool(ui, "?", Command::Shortcuts);
-                tool(ui, "First steps", Command::Tour);
-                tool(ui, "◑", Command::Theme);
+                tool(ui, "?", Command::Shortcuts, actions);
+                tool(ui, "First steps", Command::Tour, actions);
+                tool(ui, "◑", Command::Theme, actions);
             });
         });
     }
@@ -415,5 +398,17 @@ impl App {
             colors: Colors::of(ui.visuals()),
         };
         actions.extend(self.canvas.ui(ui, &sight));
+    }
+}
+
+/// A button for a command, which is told on hovering with its keys.
+fn tool(ui: &mut Ui, text: &str, command: Command, actions: &mut Vec<Action>) {
+    let response = ui.button(text).on_hover_text(match command.shortcut() {
+        Some(shortcut) => format!("{} ({})", command.docs(), ui.ctx().format_shortcut(&shortcut)),
+        None => command.docs().to_owned(),
+    });
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, command.title()));
+    if response.clicked() {
+        actions.push(Action::Command(command));
     }
 }

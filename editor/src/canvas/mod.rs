@@ -3,6 +3,7 @@
 
 mod geometry;
 mod gesture;
+mod legend;
 mod links;
 mod minimap;
 mod node;
