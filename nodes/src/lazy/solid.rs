@@ -25,7 +25,7 @@ use crate::data::{
 };
 use crate::solid::device::can_sample;
 
-/// Finished bricks of all levels are kept up to this many (5 kB each), so that neighbouring requests share work.
+/// Finished bricks of all levels are kept up to this many (5.6 kB each), so that neighbouring requests share work.
 const CACHED_BRICKS: usize = 24_000;
 
 /// A solid texture synthesised on demand (Dong et al. 2008, section 5).
@@ -457,7 +457,10 @@ impl Solid for LazySolid {
         format!("lazy solid, {extent}, {} levels", self.tables.levels.len())
     }
 
+    /// The tables, and the finished bricks that are kept: it grows as voxels are asked for.
     fn byte_size(&self) -> u64 {
-        self.tables.byte_size()
+        let cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
+        let bricks: usize = cache.iter().map(|level| level.bricks.len()).sum();
+        self.tables.byte_size() + (bricks * size_of::<Brick>()) as u64
     }
 }
