@@ -127,6 +127,6 @@ pub use param::{ValueError, parse_value};
 pub use registry::{NodeType, Registry};
 pub use run::explain::{Forecast, Plan, PlanEntry};
 pub use run::{Failure, RunError, RunResult};
-pub use spec::{Arity, NodeSpec, ParamKind, ParamSpec, ParamValue, Placement, SocketSpec};
+pub use spec::{Arity, Draft, NodeSpec, ParamKind, ParamSpec, ParamValue, Placement, SocketSpec};
 pub use suggest::closest;
 pub use value::{Data, Digest, TypeInfo, Value};

@@ -150,8 +150,19 @@ pub struct NodeSpec {
     pub outputs: Vec<SocketSpec>,
     /// Parameters, in display order.
     pub params: Vec<ParamSpec>,
-    /// Whole-number parameters that may be divided for a draft, while somebody drags something, each with the divisor.
-    pub draft: Vec<(&'static str, i64)>,
+    /// What may be coarser in a draft, while somebody drags something.
+    pub draft: Vec<Draft>,
+}
+
+/// A whole-number parameter, or a list of them, that may be smaller in a draft.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Draft {
+    /// Its name.
+    pub param: &'static str,
+    /// What its numbers are divided by.
+    pub divisor: i64,
+    /// What they do not go below; smaller ones stay as they are.
+    pub least: i64,
 }
 
 impl NodeSpec {
@@ -173,10 +184,10 @@ impl NodeSpec {
         }
     }
 
-    /// Says that a whole-number parameter, or all numbers of a list, may be divided for a draft: the result is coarser or smaller,
-    /// but shows what it will be.
-    pub fn draft(mut self, name: &'static str, divisor: i64) -> Self {
-        self.draft.push((name, divisor.max(1)));
+    /// Says that a whole-number parameter, or all numbers of a list, may be divided for a draft, as long as what is left is not below
+    /// `least`: the result is coarser or smaller, but shows what it will be.
+    pub fn draft(mut self, param: &'static str, divisor: i64, least: i64) -> Self {
+        self.draft.push(Draft { param, divisor: divisor.max(1), least });
         self
     }
 

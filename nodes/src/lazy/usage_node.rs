@@ -51,7 +51,8 @@ impl Node for UsageNode {
             "The wanted contrast: where the three colours of a voxel disagree, choosing among them costs contrast, and \
              the choice is moved away from the mean colour to restore it. More is crisper and noisier; 0 leaves it as \
              it comes.",
-        );
+        )
+        .draft("size", 2, 32);
         cost_params(spec)
     }
 

@@ -37,7 +37,7 @@ impl Node for Bake {
             )
             .choice("filter", FILTERS, "How samples between voxel centres are found.")
             .int("gutter", 0..=256, 8, "texels", "How far colours are spread beyond the borders of charts.")
-            .draft("texture_size", 4)
+            .draft("texture_size", 4, 256)
     }
 
     fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {

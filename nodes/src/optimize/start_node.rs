@@ -51,6 +51,7 @@ impl Node for StartNode {
             "Voxels added on every side at the finest level and cut off in the end: 8 or more make a box that does not repeat.",
         )
         .int("seed", 0..=i64::MAX, 1, "count", "Every seed gives another solid.")
+        .draft("size", 2, 32)
     }
 
     fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {

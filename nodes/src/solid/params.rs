@@ -31,6 +31,7 @@ pub(crate) fn with_box(spec: NodeSpec, size: i64) -> NodeSpec {
         "voxels",
         "The first voxel of the box: its x, y and z.",
     )
+    .draft("size", 2, 64)
 }
 
 /// The origin and size declared by [`with_box`].
@@ -56,7 +57,7 @@ pub(crate) fn with_picture(spec: NodeSpec, name: &'static str, default: i64) -> 
         "pixels",
         "Width and height of the picture; one number means a square.",
     )
-    .draft(name, 2)
+    .draft(name, 2, 128)
 }
 
 /// The width and height declared by [`with_picture`].

@@ -24,7 +24,6 @@ impl Node for ToVolume {
         with_box(spec, 64)
             .float("spacing", 1e-9..=1e9, 1.0, "world units", "Edge of a voxel, kept in files that can.")
             .int("memory", 0..=1 << 30, 0, "MiB", "Most memory the volume may take; 0 means what is free.")
-            .draft("size", 2)
     }
 
     fn estimate(&self, sizing: &Sizing<'_>) -> Option<u64> {
