@@ -383,7 +383,9 @@ impl Canvas {
             actions.push(Action::Select(selection));
         }
         if back.drag_started_by(PointerButton::Primary) {
-            self.gesture = Gesture::Box(self.pointer);
+            // A drag is known as one only after some points of way; the rectangle begins where the button went down.
+            let pressed = ui.input(|input| input.pointer.press_origin());
+            self.gesture = Gesture::Box(pressed.map_or(self.pointer, |at| self.to_canvas(at)));
         }
         if let Gesture::Box(from) = self.gesture
             && back.drag_stopped()
