@@ -160,13 +160,16 @@ impl App {
         };
         let path = std::path::absolute(&path).unwrap_or(path);
         // What is written must name the same files from its new place; only if it could be written the paths here change as well.
+        let (from, to) = (self.project.folder().map(Path::to_owned), path.parent());
+        let registry = std::sync::Arc::clone(&self.registry);
+        let rebased = |state: &mut State| rebase(&mut state.document, &registry, from.as_deref(), to);
         let mut moved = self.project.state().clone();
-        rebase(&mut moved.document, &self.registry, self.project.folder(), path.parent());
+        rebased(&mut moved);
         let text = text_of(&moved);
         match write_whole(&path, text.as_bytes()) {
             Ok(()) => {
-                if moved != *self.project.state() {
-                    self.project.settle(|state| *state = moved);
+                if from.as_deref() != to {
+                    self.project.rewrite(rebased);
                 }
                 self.project.saved(&path);
                 self.memory.saved();

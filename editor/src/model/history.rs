@@ -82,6 +82,25 @@ impl History {
         Some(&step.name)
     }
 
+    /// Changes all states that the steps lead through, of which `state` is the present one: where each step leads to is what it led to
+    /// before, changed. Names and places of the steps stay.
+    pub fn rewrite(&mut self, state: &State, change: impl Fn(&mut State)) {
+        let mut old = state.clone();
+        self.steps[..self.done].iter().rev().for_each(|step| step.diff.apply(&mut old, false));
+        let changed = |state: &State| {
+            let mut state = state.clone();
+            change(&mut state);
+            state
+        };
+        let mut new = changed(&old);
+        for step in &mut self.steps {
+            step.diff.apply(&mut old, true);
+            let next = changed(&old);
+            step.diff = Diff::between(&new, &next);
+            new = next;
+        }
+    }
+
     /// The name of the step that would be undone.
     pub fn undoable(&self) -> Option<&str> {
         Some(&self.steps.get(self.done.checked_sub(1)?)?.name)

@@ -59,6 +59,14 @@ impl Project {
         self.revision += 1;
     }
 
+    /// Changes the document in a way that is no step of its own and holds for all that can be undone as well: its paths, when it is
+    /// kept elsewhere.
+    pub fn rewrite(&mut self, change: impl Fn(&mut State)) {
+        self.history.rewrite(&self.state, &change);
+        change(&mut self.state);
+        self.revision += 1;
+    }
+
     fn touched(&mut self, content: bool) {
         self.revision += 1;
         self.content += u64::from(content);
