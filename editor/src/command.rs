@@ -73,7 +73,7 @@ commands! {
     Paste, "Edit", "Paste", ctrl(Key::V), "Puts copied nodes where the pointer is.";
     Duplicate, "Edit", "Duplicate", ctrl(Key::D), "Copies the selected nodes to beside themselves, linked to what they were linked to.";
     Delete, "Edit", "Delete", key(Key::Delete), "Deletes what is selected.";
-    SelectAll, "Edit", "Select all", ctrl(Key::A), "Selects all nodes.";
+    SelectAll, "Edit", "Select all", ctrl(Key::A), "Selects all nodes and frames.";
     SelectNone, "Edit", "Select nothing", key(Key::Escape), "Selects nothing.";
     SelectNext, "Edit", "Select next node", alt(Key::ArrowRight), "Goes along a link to the next node, or to the first.";
     SelectPrevious, "Edit", "Select previous node", alt(Key::ArrowLeft), "Goes back along a link.";

@@ -45,11 +45,11 @@ impl App {
                 }
             }
             Command::Cut | Command::Copy => {
-                if let Some(text) = model::copy(self.project.state(), &at, &nodes) {
+                if let Some(text) = model::copy(self.project.state(), &at, &self.selected_parts()) {
                     ctx.copy_text(text.clone());
                     self.copied = Some(text);
                     if command == Command::Cut {
-                        self.project.edit("Cut", None, |state| model::delete(state, &at, &nodes));
+                        self.delete_selected("Cut");
                     }
                 }
             }
@@ -60,18 +60,13 @@ impl App {
             }
             Command::Duplicate => self.duplicate(),
             Command::Delete => {
-                let links: Vec<String> = self.selection.links.iter().cloned().collect();
-                let frames = self.selection.frames.clone();
-                let name = if nodes.len() == 1 { "Delete node" } else { "Delete" };
-                self.project.edit(name, None, |state| {
-                    model::delete(state, &at, &nodes);
-                    model::disconnect(state, &at, &links);
-                    state.layout_mut(&at).frames.retain(|id, _| !frames.contains(id));
-                });
+                self.delete_selected(if nodes.len() == 1 { "Delete node" } else { "Delete" });
             }
             Command::SelectAll => {
-                self.selection =
-                    Selection { nodes: self.shapes.keys().cloned().collect(), ..Selection::default() }
+                let layout = self.project.state().layout(&at);
+                let frames = layout.map_or_else(Default::default, |l| l.frames.keys().copied().collect());
+                let nodes = self.shapes.keys().cloned().collect();
+                self.selection = Selection { nodes, frames, ..Selection::default() };
             }
             Command::SelectNone => {
                 self.selection = Selection::default();

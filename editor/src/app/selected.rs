@@ -7,34 +7,47 @@ use breccia_engine::{Arity, Link};
 
 use super::App;
 use crate::action::{Pin, Selection};
-use crate::model::{self, Frame};
+use crate::model::{self, Frame, Parts};
 
 impl App {
-    /// Puts copied nodes where the pointer is.
-    pub(super) fn paste(&mut self, text: &str) {
-        let at = self.address();
-        let place = self.canvas.place_for_new();
-        match self.project.edit("Paste", None, |state| model::paste(state, &at, text, place)) {
-            Ok(names) => self.selection = Selection { nodes: names, ..Selection::default() },
+    /// The nodes and frames that are selected.
+    pub(super) fn selected_parts(&self) -> Parts {
+        Parts { nodes: self.selection.nodes.clone(), frames: self.selection.frames.clone() }
+    }
+
+    fn select_parts(&mut self, made: Result<Parts, String>) {
+        match made {
+            Ok(Parts { nodes, frames }) => {
+                self.selection = Selection { nodes, frames, ..Selection::default() };
+            }
             Err(reason) => self.say(reason),
         }
     }
 
-    pub(super) fn duplicate(&mut self) {
+    /// Puts what was copied where the pointer is.
+    pub(super) fn paste(&mut self, text: &str) {
         let at = self.address();
-        let nodes = self.selection.nodes.clone();
-        let Some(text) = model::copy(self.project.state(), &at, &nodes) else { return };
-        let corner = |i: usize| {
-            let layout = self.project.state().layout(&at)?;
-            nodes.iter().filter_map(|node| Some(layout.nodes.get(node)?.at[i])).min()
-        };
-        let place = [corner(0).unwrap_or(0).saturating_add(30), corner(1).unwrap_or(0).saturating_add(30)];
-        let result =
-            self.project.edit("Duplicate", None, |state| model::duplicate(state, &at, &nodes, &text, place));
-        match result {
-            Ok(names) => self.selection = Selection { nodes: names, ..Selection::default() },
-            Err(reason) => self.say(reason),
-        }
+        let place = self.canvas.place_for_new();
+        let made = self.project.edit("Paste", None, |state| model::paste(state, &at, text, place));
+        self.select_parts(made);
+    }
+
+    pub(super) fn duplicate(&mut self) {
+        let (at, parts) = (self.address(), self.selected_parts());
+        let made =
+            self.project.edit("Duplicate", None, |state| model::duplicate(state, &at, &parts, [30, 30]));
+        self.select_parts(made);
+    }
+
+    /// Removes what is selected, as one step.
+    pub(super) fn delete_selected(&mut self, name: &str) {
+        let (at, Parts { nodes, frames }) = (self.address(), self.selected_parts());
+        let links: Vec<String> = self.selection.links.iter().cloned().collect();
+        self.project.edit(name, None, |state| {
+            model::delete(state, &at, &nodes);
+            model::disconnect(state, &at, &links);
+            state.layout_mut(&at).frames.retain(|id, _| !frames.contains(id));
+        });
     }
 
     /// Selects the next node along a link, or the first or last.

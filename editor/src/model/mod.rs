@@ -16,7 +16,7 @@ mod shape;
 mod state;
 
 pub use arrange::{Alignment, align, arrange, arrange_missing};
-pub use clipboard::{copy, duplicate, paste};
+pub use clipboard::{Parts, copy, duplicate, paste};
 pub use edit::{
     Refusal, add_frame, add_node, bend, compatible, connect, delete, disconnect, drop_output, insert_between,
     insert_on_link, move_by, offer_output, rename, set_collapsed, set_mode, set_picture, unique,

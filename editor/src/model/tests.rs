@@ -237,15 +237,79 @@ fn a_group_in_a_file_becomes_part_of_the_document() {
 #[test]
 fn copies_are_linked_as_the_originals_were() {
     let mut state = preset("lazy_mesh");
-    let text = copy(&state, &root(), &names(&["slab", "jitter"])).expect("nodes");
+    let parts = |list: &[&str]| Parts { nodes: names(list), ..Parts::default() };
+    let text = copy(&state, &root(), &parts(&["slab", "jitter"])).expect("nodes");
     let pasted = paste(&mut state, &root(), &text, [0, 0]).expect("nodes");
-    assert_eq!(pasted, names(&["slab_2", "jitter_2"]));
+    assert_eq!(pasted, parts(&["slab_2", "jitter_2"]));
     assert!(state.document.links.contains(&"slab_2.initial -> jitter_2.initial".to_owned()));
     assert!(!state.document.links.iter().any(|link| link.ends_with("slab_2.pyramid")));
-    let text = copy(&state, &root(), &names(&["slab"])).expect("a node");
-    let doubled = duplicate(&mut state, &root(), &names(&["slab"]), &text, [0, 0]);
-    assert_eq!(doubled.expect("a node"), names(&["slab_3"]));
+    let doubled = duplicate(&mut state, &root(), &parts(&["slab"]), [30, 30]);
+    assert_eq!(doubled, Ok(parts(&["slab_3"])));
     assert!(state.document.links.contains(&"pyramid.pyramid -> slab_3.pyramid".to_owned()));
+}
+
+#[test]
+fn bends_and_frames_are_copied_with_the_nodes() {
+    let mut state = preset("lazy_mesh");
+    let at = root();
+    arrange_missing(&mut state, &at, &|_| [184, 120]);
+    let link = "slab.initial -> jitter.initial";
+    bend(&mut state, &at, link, vec![[500, 40], [520, -8]]);
+    bend(&mut state, &at, "pyramid.pyramid -> slab.pyramid", vec![[1, 2]]);
+    let frame = Frame { at: [-100, -50], size: [900, 400], title: "Start".into() };
+    let id = add_frame(&mut state, &at, frame.clone());
+    let parts = Parts { nodes: names(&["slab", "jitter"]), frames: [id].into() };
+    let before = state.layout(&at).cloned().expect("a layout");
+    let made = duplicate(&mut state, &at, &parts, [30, 20]).expect("copies");
+    let after = state.layout(&at).cloned().expect("a layout");
+    let shift = |[x, y]: [i32; 2]| [x + 30, y + 20];
+    for (old, new) in [("slab", "slab_2"), ("jitter", "jitter_2")] {
+        assert_eq!(after.nodes[new].at, shift(before.nodes[old].at));
+    }
+    assert_eq!(after.bends["slab_2.initial -> jitter_2.initial"], [[530, 60], [550, 12]]);
+    assert_eq!(after.bends.len(), 3, "the bends of links from elsewhere stay with the originals");
+    let new = made.frames.first().expect("a frame");
+    assert_eq!(after.frames[new], Frame { at: shift(frame.at), ..frame });
+    assert_ne!(*new, id);
+    // Frames alone can be copied, and come back from text.
+    let text = copy(&state, &at, &Parts { frames: [id].into(), ..Parts::default() }).expect("a frame");
+    let pasted = paste(&mut State::default(), &at, &text, [0, 0]);
+    assert_eq!(pasted, Ok(Parts { frames: [0].into(), ..Parts::default() }));
+    assert_eq!(copy(&state, &at, &Parts::default()), None);
+}
+
+#[test]
+fn a_change_of_all_steps_leaves_their_names_and_what_they_did() {
+    let mut project = Project::new(preset("lazy_mesh"), None, None);
+    let at = root();
+    let path = |state: &State| state.document.nodes["photo"].params.get("path").cloned();
+    let text = |text: &str| ParamValue::Text(text.to_owned());
+    let set = |state: &mut State, value: &str| {
+        set_param(state, &root(), "photo", "path", Some(ParamValue::Text(value.to_owned())));
+    };
+    project.edit("One", None, |state| set(state, "a.png"));
+    project.edit("Seed", None, |state| {
+        set_param(state, &at, "jitter", "seed", Some(ParamValue::Int(5)));
+    });
+    project.edit("Two", None, |state| set(state, "b.png"));
+    project.undo();
+    // Every path is seen from elsewhere now.
+    project.rewrite(|state| {
+        if let Some(ParamValue::Text(path)) =
+            state.document.nodes.get_mut("photo").unwrap().params.get_mut("path")
+            && !path.contains(':')
+        {
+            *path = format!("../{path}");
+        }
+    });
+    assert_eq!(path(project.state()), Some(text("../a.png")));
+    assert_eq!(project.redo().as_deref(), Some("Two"));
+    assert_eq!(path(project.state()), Some(text("../b.png")));
+    assert_eq!(project.undo().as_deref(), Some("Two"));
+    assert_eq!(path(project.state()), Some(text("../a.png")));
+    assert_eq!(project.undo().as_deref(), Some("Seed"));
+    assert_eq!(project.undo().as_deref(), Some("One"));
+    assert_eq!(text_of(project.state()), text_of(&preset("lazy_mesh")));
 }
 
 #[test]
