@@ -7,17 +7,18 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
+use breccia_editor::run::Fit;
 use breccia_editor::view::{Scene, Show, Subject, ViewAction, Viewport};
 use breccia_engine::{CancelToken, Document, Engine, FileSource, Graph, Value};
 use breccia_nodes::data::{
-    Curves, Image, Map, Mesh, Plot, Report, Samples, Series, SolidValue, Volume, VoxelSet,
+    Curves, Filter, Image, Map, Mesh, Plot, Report, Samples, Series, SolidValue, Volume, VoxelSet,
 };
 use breccia_nodes::solid::{CheckerSolid, ConstantSolid};
 use breccia_shaders::{GpuSettings, testing};
-use eframe::egui;
+use eframe::egui::{self, accesskit::Role};
 use eframe::egui_wgpu::RendererOptions;
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT as _, Queryable};
 use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state, default_wgpu_setup};
 
 struct State {
@@ -25,13 +26,14 @@ struct State {
     main: Option<Subject>,
     mesh: Option<Subject>,
     exemplar: Option<Subject>,
+    inside: Option<Subject>,
     actions: Vec<ViewAction>,
 }
 
 type Window = Harness<'static, State>;
 
 fn subject(label: &str, value: Value) -> Option<Subject> {
-    Some(Subject { label: label.to_owned(), value, stale: false })
+    Some(Subject { label: label.to_owned(), value, stale: false, fit: None })
 }
 
 /// A window with a viewport alone; `None` where there is no adapter.
@@ -47,11 +49,13 @@ fn window(main: Value, mesh: Option<Value>, exemplar: Option<Value>) -> Option<W
         main: subject("node.main", main),
         mesh: mesh.and_then(|mesh| subject("node.mesh", mesh)),
         exemplar: exemplar.and_then(|image| subject("node.exemplar", image)),
+        inside: None,
         actions: Vec::new(),
     };
     let draw = |ui: &mut egui::Ui, state: &mut State| {
-        let (main, mesh, exemplar) = (state.main.as_ref(), state.mesh.as_ref(), state.exemplar.as_ref());
-        state.actions.extend(state.viewport.ui(ui, &Scene { main, mesh, exemplar }));
+        let (main, mesh) = (state.main.as_ref(), state.mesh.as_ref());
+        let (exemplar, inside) = (state.exemplar.as_ref(), state.inside.as_ref());
+        state.actions.extend(state.viewport.ui(ui, &Scene { main, mesh, exemplar, inside }));
     };
     let builder = Harness::builder().with_size(egui::vec2(900.0, 620.0)).with_step_dt(1.0 / 60.0);
     Some(builder.renderer(WgpuTestRenderer::from_render_state(render)).build_ui_state(draw, state))
@@ -170,6 +174,55 @@ fn a_cut_shows_the_inside() {
     settle(&mut window);
     let other = look(&mut window, "cut_other");
     assert!(differing(&cut, &other) > 5_000);
+}
+
+#[test]
+fn a_cut_through_a_baked_mesh_shows_the_solid_in_it_and_one_through_any_other_says_that_it_has_none() {
+    const NOTE: &str = "The inside shows no texture: no solid was baked into this mesh";
+    let Some(mut window) = window(spot(), None, None) else { return };
+    window.get_by_label("Cut").click();
+    settle(&mut window);
+    window.get_by_label(NOTE);
+    let plain = window.render().unwrap();
+    // The mesh stays as it is, and has green inside.
+    let green = Value::new(SolidValue(Arc::new(ConstantSolid { color: [20, 220, 20] })));
+    let state = window.state_mut();
+    state.inside = subject("node.solid", green);
+    let fit = Fit { resolution: 40, origin: [5, -6, 7], filter: Filter::Nearest };
+    state.main.as_mut().unwrap().fit = Some(fit);
+    settle(&mut window);
+    assert!(window.query_by_label(NOTE).is_none());
+    let filled = look(&mut window, "baked_cut");
+    let count = |picture: &image::RgbaImage| {
+        let is_green = |p: &&image::Rgba<u8>| p.0[1] > p.0[0].max(p.0[2]).saturating_add(60);
+        picture.pixels().filter(is_green).count()
+    };
+    assert!(count(&plain) < 100 && count(&filled) > 3_000, "{} {}", count(&plain), count(&filled));
+}
+
+#[test]
+fn a_solid_is_shown_as_it_is_baked_until_another_resolution_is_chosen() {
+    let Some(mut window) = window(solid(), Some(spot()), None) else { return };
+    window.get_by_label("On mesh").click();
+    settle(&mut window);
+    let usual = window.render().unwrap();
+    let fit = Fit { resolution: 2000, origin: [0; 3], filter: Filter::Trilinear };
+    window.state_mut().main.as_mut().unwrap().fit = Some(fit);
+    settle(&mut window);
+    assert!(differing(&usual, &look(&mut window, "as_baked")) > 5_000);
+    assert!(window.query_by_label("As baked").is_none(), "nothing was chosen, though the slider ends before");
+    let voxels = |window: &Window| {
+        window.get_by_role_and_label(Role::Slider, "Voxels").accesskit_node().numeric_value()
+    };
+    assert_eq!(voxels(&window), Some(2000.0));
+    window.get_by_role_and_label(Role::Slider, "Voxels").focus();
+    window.run_steps(2);
+    window.key_press(egui::Key::ArrowLeft);
+    settle(&mut window);
+    assert!(voxels(&window).is_some_and(|voxels| voxels <= 1024.0), "{:?}", voxels(&window));
+    window.get_by_label("As baked").click();
+    settle(&mut window);
+    assert_eq!(voxels(&window), Some(2000.0));
 }
 
 /// Drags from the middle of what has a name.

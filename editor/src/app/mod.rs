@@ -31,7 +31,7 @@ use crate::action::{Action, Selection};
 use crate::canvas::Canvas;
 use crate::model::{Project, Shape, Trail};
 use crate::palette::Palette;
-use crate::run::{Board, Checked, Runner};
+use crate::run::{Bakes, Board, Checked, Runner};
 use crate::view::{Subject, Viewport};
 
 pub use picker::{NativePicker, Picked, Picker, Want};
@@ -108,6 +108,8 @@ pub struct App {
     drafted: bool,
     /// Whether something changed since the last run was asked for.
     due: bool,
+    /// What is baked in the graph that was asked for last.
+    asked: Arc<Bakes>,
     /// Whether all outputs were asked for.
     ran_all: bool,
     /// Whether a run goes on, by lane.
@@ -191,6 +193,7 @@ impl App {
             dragging: false,
             drafted: false,
             due: true,
+            asked: Arc::default(),
             ran_all: false,
             busy: [false; 2],
             watched: None,

@@ -7,6 +7,7 @@ use eframe::egui::{
     WidgetType,
 };
 
+use super::watch::Companions;
 use super::{After, App, Question};
 use crate::action::Action;
 use crate::canvas::Sight;
@@ -337,10 +338,14 @@ impl App {
 
     /// The viewport.
     fn look(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
-        let [mesh, exemplar] =
-            self.companions().map(|output| output.and_then(|output| self.results.get(&output)));
-        let main = self.watched.as_ref().and_then(|output| self.results.get(output));
-        let scene = Scene { main, mesh, exemplar };
+        let found = |output: Option<String>| output.and_then(|output| self.results.get(&output));
+        let Companions { mesh, exemplar, inside } = self.companions();
+        let scene = Scene {
+            main: found(self.watched.clone()),
+            mesh: found(mesh),
+            exemplar: found(exemplar),
+            inside: found(inside),
+        };
         let Some(viewport) = &mut self.viewport else { return };
         let asked = viewport.ui(ui, &scene);
         for action in asked {

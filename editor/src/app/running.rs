@@ -42,10 +42,10 @@ impl App {
             .any(|(name, spec)| name == node && spec.outputs.iter().any(|output| output.name == socket))
     }
 
-    /// The outputs that the viewport needs: what is looked at, the mesh that it can be shown on, the picture to compare with.
+    /// The outputs that the viewport needs: what is looked at, and what goes with it.
     fn wanted(&self) -> Vec<String> {
         let watched = self.watched.iter().filter(|output| self.can_run(output)).cloned();
-        let mut wanted: Vec<String> = watched.chain(self.companions().into_iter().flatten()).collect();
+        let mut wanted: Vec<String> = watched.chain(self.companions().into_all()).collect();
         wanted.dedup();
         wanted
     }
@@ -84,6 +84,7 @@ impl App {
             return;
         };
         self.drafted = self.dragging;
+        self.asked = Arc::clone(&self.checked.bakes);
         let graph = if self.dragging { Arc::new(draft(&graph)) } else { graph };
         let mut items = Vec::new();
         let wanted = self.wanted();
@@ -138,7 +139,8 @@ impl App {
                 Update::Event(event) => self.board.note(&event),
                 Update::Value(label, value) => {
                     // A draft is no last word.
-                    self.results.insert(label.clone(), Subject { label, value, stale: self.drafted });
+                    let fit = self.asked.fit(&label);
+                    self.results.insert(label.clone(), Subject { label, value, stale: self.drafted, fit });
                 }
                 Update::Picture(output, picture) => {
                     let Some((node, _)) = output.rsplit_once('.') else { continue };

@@ -10,6 +10,24 @@ use crate::action::Pin;
 /// Types that are worth looking at, the best first.
 const TYPES: [&str; 5] = ["solid", "mesh", "volume", "image", "exemplar"];
 
+/// Outputs that go with what is looked at.
+#[derive(Default)]
+pub(super) struct Companions {
+    /// A mesh that it can be shown on.
+    pub mesh: Option<String>,
+    /// A picture to compare it with.
+    pub exemplar: Option<String>,
+    /// The solid in it, if it is a mesh that was baked.
+    pub inside: Option<String>,
+}
+
+impl Companions {
+    /// All that there are.
+    pub fn into_all(self) -> impl Iterator<Item = String> {
+        [self.mesh, self.exemplar, self.inside].into_iter().flatten()
+    }
+}
+
 impl App {
     /// Looks at an output of the graph that is looked at.
     pub(super) fn watch(&mut self, pin: &Pin) {
@@ -101,11 +119,11 @@ impl App {
         found
     }
 
-    /// What goes with what is looked at: a mesh that it can be shown on, a picture to compare it with.
-    pub(super) fn companions(&self) -> [Option<String>; 2] {
-        let Some(watched) = self.watched.as_ref().and_then(|output| output.rsplit_once('.')) else {
-            return [None, None];
-        };
+    /// What goes with what is looked at.
+    pub(super) fn companions(&self) -> Companions {
+        let Some(output) = self.watched.as_ref() else { return Companions::default() };
+        let inside = self.checked.bakes.inside(output).map(|bake| bake.solid.clone());
+        let Some(watched) = output.rsplit_once('.') else { return Companions::default() };
         let document: &Document = &self.checked.included;
         let near = self.upstream([own(watched.0).to_owned()]);
         let all: Vec<String> = near.iter().chain(document.nodes.keys()).cloned().collect();
@@ -129,7 +147,7 @@ impl App {
         };
         let named = document.interface.inputs.get("exemplar").map(|input| vec![input.node.clone()]);
         let exemplar = named.and_then(|node| reader(&node, "image")).or_else(|| reader(&near, "image"));
-        [reader(&all, "mesh"), exemplar]
+        Companions { mesh: reader(&all, "mesh"), exemplar, inside }
     }
 }
 

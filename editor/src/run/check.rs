@@ -6,6 +6,8 @@ use std::sync::Arc;
 
 use breccia_engine::{Document, FileSource, Graph, Link, Problem, Problems, Registry};
 
+use super::Bakes;
+
 /// How often nodes with problems are taken away before giving up.
 const ROUNDS: usize = 8;
 
@@ -21,6 +23,8 @@ pub struct Checked {
     pub broken: BTreeSet<String>,
     /// What can run.
     pub graph: Option<Arc<Graph>>,
+    /// What is baked in it.
+    pub bakes: Arc<Bakes>,
     /// For each node of the document those that it needs.
     pub needs: BTreeMap<String, BTreeSet<String>>,
 }
@@ -43,6 +47,7 @@ pub fn check(
         problems: Vec::new(),
         broken: BTreeSet::new(),
         graph: None,
+        bakes: Arc::default(),
         needs: BTreeMap::new(),
     };
     for link in included.links.iter().filter_map(|link| Link::parse(link)) {
@@ -53,6 +58,7 @@ pub fn check(
     for round in 0..ROUNDS {
         match Graph::with_folder(&part, registry, folder) {
             Ok(graph) => {
+                checked.bakes = Arc::new(Bakes::of(&graph));
                 checked.graph = Some(Arc::new(graph));
                 break;
             }

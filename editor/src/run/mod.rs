@@ -1,11 +1,13 @@
 //! Running what is edited: what can run, in the background, and what is known of every node.
 
+mod bakes;
 mod board;
 mod check;
 mod draft;
 mod runner;
 mod thumbnail;
 
+pub use bakes::{Bake, Bakes, Fit};
 pub use board::{Board, NodeStatus, Phase};
 pub use check::{Checked, check};
 pub use draft::draft;

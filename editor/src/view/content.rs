@@ -9,6 +9,7 @@ use breccia_nodes::solid::{Repeat, VolumeSolid};
 
 use super::Subject;
 use super::voxels::SetSolid;
+use crate::run::Fit;
 
 /// A solid, and where it is looked at.
 #[derive(Clone)]
@@ -178,6 +179,7 @@ struct Held {
     value: Value,
     label: String,
     stale: bool,
+    fit: Option<Fit>,
     content: Content,
 }
 
@@ -191,7 +193,7 @@ impl Remembered {
             return;
         };
         if let Some(held) = &mut self.held {
-            held.stale = subject.stale;
+            (held.stale, held.fit) = (subject.stale, subject.fit);
             let same = match (place(&held.value), place(&subject.value)) {
                 (Some(a), Some(b)) => a == b,
                 (None, None) => {
@@ -221,6 +223,7 @@ impl Remembered {
             value: subject.value.clone(),
             label: subject.label.clone(),
             stale: subject.stale,
+            fit: subject.fit,
             content: Content::of(&subject.value),
         });
     }
@@ -235,6 +238,11 @@ impl Remembered {
         self.held.as_ref().is_some_and(|held| held.stale)
     }
 
+    /// How it is fitted where it is baked.
+    pub fn fit(&self) -> Option<Fit> {
+        self.held.as_ref().and_then(|held| held.fit)
+    }
+
     /// Its name.
     pub fn label(&self) -> &str {
         self.held.as_ref().map_or("", |held| &held.label)
@@ -246,7 +254,7 @@ mod tests {
     use super::*;
 
     fn subject(value: Value) -> Subject {
-        Subject { label: "node.image".to_owned(), value, stale: false }
+        Subject { label: "node.image".to_owned(), value, stale: false, fit: None }
     }
 
     #[test]

@@ -251,10 +251,11 @@ pub fn cap(mesh: &Mesh, placement: Placement, plane: CutPlane) -> Result<Option<
 #[cfg(test)]
 mod tests {
     use breccia_nodes::data::Filter;
-    use breccia_nodes::mesh::Space;
+    use breccia_nodes::mesh::{BakeSettings, Space, bake_solid};
     use breccia_nodes::solid::{CheckerSolid, Plane as SlicePlane, slice};
 
     use super::*;
+    use crate::run::Fit;
 
     /// A box from 0 to 2, 1 and 1.
     fn brick() -> Mesh {
@@ -278,21 +279,28 @@ mod tests {
     }
 
     #[test]
-    fn the_cap_shows_what_a_slice_of_the_solid_shows() {
-        let mesh = brick();
+    fn the_cap_of_a_baked_mesh_shows_what_a_slice_of_its_solid_shows() {
+        let solid = CheckerSolid { colors: [[200, 30, 20], [10, 60, 220]], cell: 4, noise: 10, seed: 5 };
+        let fit = Fit { resolution: 40, origin: [-13, 7, 102], filter: Filter::Trilinear };
+        let settings = BakeSettings {
+            resolution: fit.resolution,
+            origin: fit.origin,
+            texture_size: 64,
+            ..BakeSettings::default()
+        };
+        let mesh = bake_solid(&brick(), &solid, settings, &()).unwrap();
         let placement = Placement::of_mesh(&mesh);
         // Across x at 0.7 of 2.
         let distance = placement.place([0.7, 0.0, 0.0])[0];
         let plane = CutPlane { normal: [1.0, 0.0, 0.0], distance };
         let cap = cap(&mesh, placement, plane).unwrap().unwrap();
         assert!(cap.positions.iter().all(|p| (p[0] - 0.7).abs() < 1e-5));
-        let solid = CheckerSolid { colors: [[200, 30, 20], [10, 60, 220]], cell: 4, noise: 10, seed: 5 };
-        let baking = Baking { resolution: 40, finest: 128 };
+        let baking = Baking { fit, finest: 128 };
         let passes = std::cell::RefCell::new(Vec::new());
         bake_passes(&cap, &solid, baking, "color", &(), |pixels| passes.borrow_mut().push(pixels)).unwrap();
         let passes = passes.into_inner();
         let pixels = passes.last().unwrap();
-        let space = Space::of_mesh(&mesh, 40, [0; 3]).unwrap();
+        let space = Space::of_mesh(&brick(), fit.resolution, fit.origin).unwrap();
         // For texels all over the cap: the point that each shows, found from three corners of the cap.
         let corner = |i: usize| (cap.positions[i].map(f64::from), cap.uvs[i].map(f64::from));
         let [a, b, c] = cap.triangles[0].map(|i| corner(i as usize));

@@ -41,10 +41,11 @@ use eframe::egui_wgpu::RenderState;
 use self::content::{Content, Remembered};
 use self::export::Export;
 use self::flat::Flat;
-use self::objects::Objects;
+use self::objects::{Objects, Seen};
 use self::stage::Stage;
 use self::toolbar::Ask;
 pub use self::toolbar::Show;
+use crate::run::Fit;
 
 /// A result of a node, as it is looked at.
 #[derive(Clone)]
@@ -55,6 +56,8 @@ pub struct Subject {
     pub value: Value,
     /// Whether the graph has changed since, and a new value is on its way.
     pub stale: bool,
+    /// How it is fitted where it is baked: a mesh with the solid in it, a solid with the mesh that it is baked into.
+    pub fit: Option<Fit>,
 }
 
 /// What the viewport may show.
@@ -66,6 +69,8 @@ pub struct Scene<'a> {
     pub mesh: Option<&'a Subject>,
     /// The picture that results are compared with.
     pub exemplar: Option<&'a Subject>,
+    /// The solid in a mesh that was baked.
+    pub inside: Option<&'a Subject>,
 }
 
 /// What the viewport asks of the application.
@@ -86,6 +91,7 @@ pub struct Viewport {
     main: Remembered,
     mesh: Remembered,
     exemplar: Remembered,
+    inside: Remembered,
     /// How solids are shown, once that was chosen.
     show: Option<Show>,
     flat: Flat,
@@ -102,6 +108,7 @@ impl Viewport {
             main: Remembered::default(),
             mesh: Remembered::default(),
             exemplar: Remembered::default(),
+            inside: Remembered::default(),
             show: None,
             flat: Flat::new(gpu),
             stage: Stage::new(render),
@@ -115,6 +122,7 @@ impl Viewport {
         self.main.update(scene.main);
         self.mesh.update(scene.mesh);
         self.exemplar.update(scene.exemplar);
+        self.inside.update(scene.inside);
         let Some(content) = self.main.content().cloned() else {
             self.objects.rest_but(None);
             self.flat.rest();
@@ -196,7 +204,7 @@ impl Viewport {
             Content::Report(_) | Content::Curves(_) | Content::Words(_) => return None,
             _ if show == Show::Slice => self.flat.controls(ui, content, self.exemplar.content()),
             _ => {
-                self.objects.controls(ui, content, show);
+                self.objects.controls(ui, content, show, self.main.fit());
                 ui.separator();
                 toolbar::light(ui, &mut self.stage.look);
                 if ui.button("Reset view").on_hover_text("The first view again").clicked() {
@@ -240,8 +248,14 @@ impl Viewport {
             }
             _ => {
                 let mesh = self.mesh.content().and_then(Content::mesh).map(|mesh| (self.mesh.version, mesh));
-                let main = (self.main.version, content);
-                let props = self.objects.show(ui, rect, &mut self.stage, main, mesh, show);
+                let inside = self.inside.content().and_then(Content::body);
+                let seen = Seen {
+                    main: (self.main.version, content),
+                    fit: self.main.fit(),
+                    mesh,
+                    inside: inside.map(|body| (self.inside.version, &body.solid)),
+                };
+                let props = self.objects.show(ui, rect, &mut self.stage, &seen, show);
                 actions.extend(self.asked(ui, rect, props.as_ref(), ask));
             }
         }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use breccia_nodes::data::{Image, Mesh};
+use breccia_nodes::data::{Filter, Image, Mesh, Solid};
 use breccia_nodes::render::Scene;
 use breccia_shaders::Gpu;
 use eframe::egui::{Rect, Sense, Slider, Ui, WidgetInfo, WidgetType};
@@ -16,11 +16,15 @@ use super::on_mesh::{Baking, OnMesh, Wanted};
 use super::stage::{Props, Stage};
 use super::toolbar::{self, Show};
 use super::translucent::{Glass, Translucent};
+use crate::run::Fit;
 
 /// What is remembered of the views of objects.
 pub struct Objects {
     map: String,
-    baking: Baking,
+    /// Voxels along the longest side of the mesh that a solid is shown on, once that was chosen.
+    resolution: Option<u32>,
+    /// Texels a side that textures end at.
+    finest: u32,
     /// Voxels along the edge of a box.
     edge: u32,
     opacity: f32,
@@ -36,12 +40,35 @@ pub struct Objects {
 /// The mesh and its version.
 type MeshOf<'a> = (u64, &'a Arc<Mesh>);
 
+/// How a solid lies in a mesh where the graph does not say.
+const FIT: Fit = Fit { resolution: 192, origin: [0; 3], filter: Filter::Trilinear };
+
+/// What is looked at, and what goes with it.
+pub struct Seen<'a> {
+    /// What is looked at, and its version.
+    pub main: (u64, &'a Content),
+    /// How the graph fits it where it is baked.
+    pub fit: Option<Fit>,
+    /// The mesh that a solid can be shown on.
+    pub mesh: Option<MeshOf<'a>>,
+    /// The solid in a mesh that was baked, and its version.
+    pub inside: Option<(u64, &'a Arc<dyn Solid>)>,
+}
+
+impl Seen<'_> {
+    /// Whether there is texture where it is cut open.
+    fn is_filled(&self) -> bool {
+        self.main.1.body().is_some() || self.fit.is_some()
+    }
+}
+
 impl Objects {
     /// Nothing yet.
     pub fn new(gpu: Option<&Arc<Gpu>>) -> Self {
         Self {
             map: "color".to_owned(),
-            baking: Baking::default(),
+            resolution: None,
+            finest: 1024,
             edge: 96,
             opacity: 0.04,
             surface: OnMesh::new(gpu),
@@ -56,12 +83,12 @@ impl Objects {
 
     /// See [`super::Viewport::set_detail`].
     pub fn set_detail(&mut self, texture: u32, edge: u32) {
-        self.baking.finest = texture.clamp(128, 2048);
+        self.finest = texture.clamp(128, 2048);
         self.edge = edge.clamp(16, 512);
     }
 
     /// The widgets for what is shown.
-    pub fn controls(&mut self, ui: &mut Ui, content: &Content, show: Show) {
+    pub fn controls(&mut self, ui: &mut Ui, content: &Content, show: Show, fit: Option<Fit>) {
         let names: Vec<&str> = match content {
             Content::Mesh(mesh) => mesh.textures.iter().map(|(name, _)| name.as_str()).collect(),
             Content::Body(body) => {
@@ -75,10 +102,16 @@ impl Objects {
         }
         match show {
             Show::Mesh => {
-                if content.body().is_some() {
-                    toolbar::baking(ui, &mut self.baking);
+                let is_solid = content.body().is_some();
+                if is_solid {
+                    let baked = fit.map(|fit| fit.resolution);
+                    toolbar::resolution(ui, &mut self.resolution, baked, FIT.resolution);
+                    toolbar::texture(ui, &mut self.finest);
                 }
                 self.cut_controls(ui);
+                if !is_solid && fit.is_some() && self.cut.on {
+                    toolbar::texture(ui, &mut self.finest);
+                }
             }
             Show::Translucent => {
                 self.edge_control(ui);
@@ -134,10 +167,10 @@ impl Objects {
         ui: &mut Ui,
         rect: Rect,
         stage: &mut Stage,
-        main: (u64, &Content),
-        mesh: Option<MeshOf<'_>>,
+        seen: &Seen<'_>,
         show: Show,
     ) -> Option<Props> {
+        let main = seen.main;
         self.show = show;
         self.particles = show == Show::Particles;
         let response = ui.interact(rect, ui.id().with("stage"), Sense::click_and_drag());
@@ -149,7 +182,7 @@ impl Objects {
         let props = match (show, body) {
             (Show::Mesh, _) => {
                 let own = main.1.mesh().map(|mesh| (main.0, mesh));
-                own.or(mesh).map(|mesh| self.surface_props(ui, stage, (main.0, body), mesh))
+                own.or(seen.mesh).map(|mesh| self.surface_props(ui, stage, seen, mesh))
             }
             (Show::Cube, Some(body)) => {
                 let source = self.source(main.0, body);
@@ -177,7 +210,7 @@ impl Objects {
         if let Some(body) = body.filter(|_| show != Show::Mesh) {
             marks::note(ui, rect, &body.left_out(self.edge));
         }
-        self.marks(ui, rect, body.is_some());
+        self.marks(ui, rect, seen.is_filled());
         props
     }
 
@@ -190,23 +223,30 @@ impl Objects {
         &mut self,
         ui: &Ui,
         stage: &Stage,
-        (version, body): (u64, Option<&Body>),
+        seen: &Seen<'_>,
         (mesh_version, mesh): MeshOf<'_>,
     ) -> Props {
-        let solid = body.map(|body| (version, Arc::clone(&body.solid), self.baking));
+        let body = seen.main.1.body();
+        // A solid is shown as it would be baked, unless another resolution was chosen; the inside of a mesh as it was.
+        let mut fit = seen.fit.unwrap_or(FIT);
+        fit.resolution = self.resolution.filter(|_| body.is_some()).unwrap_or(fit.resolution);
+        let baking = Baking { fit, finest: self.finest };
+        let on_surface = body.map(|body| (seen.main.0, Arc::clone(&body.solid)));
+        let within = seen.inside.filter(|_| seen.fit.is_some());
+        let within = within.map(|(version, solid)| (version, Arc::clone(solid)));
         // Versions of the subject and of the mesh beside it are counted apart.
         let mesh_version = mesh_version * 2 + u64::from(body.is_some());
+        // A mesh without that texture shows the colours of its vertices, and so does its inside.
+        let has_map = body.is_some() || mesh.texture(&self.map).is_some();
+        let map = if has_map { self.map.clone() } else { "color".to_owned() };
         let mesh = (mesh_version, Arc::clone(mesh));
-        let wanted = Wanted { mesh: mesh.clone(), solid, map: self.map.clone() };
+        let solid = on_surface.clone().map(|(version, solid)| (version, solid, baking));
+        let wanted = Wanted { mesh: mesh.clone(), solid, map: map.clone() };
         self.surface.update(ui.ctx(), &stage.renderer, &wanted);
         let mut props = Props { inside: self.surface.mean, ..Props::default() };
         props.parts.extend(self.surface.part(&stage.renderer, self.cut.on));
-        let capped = body.filter(|_| self.cut.on && self.surface.has_shape()).map(|body| cut::Wanted {
-            mesh,
-            solid: (version, Arc::clone(&body.solid)),
-            baking: self.baking,
-            map: self.map.clone(),
-        });
+        let filling = on_surface.or(within).filter(|_| self.cut.on && self.surface.has_shape());
+        let capped = filling.map(|solid| cut::Wanted { mesh, solid, baking, map });
         self.cut.update(ui.ctx(), &stage.renderer, self.surface.placement, capped.as_ref());
         if self.cut.on {
             self.cut.add(&mut props);
@@ -223,7 +263,7 @@ impl Objects {
         self.glass.show(ui, rect, stage.camera);
     }
 
-    fn marks(&self, ui: &mut Ui, rect: Rect, is_body: bool) {
+    fn marks(&self, ui: &mut Ui, rect: Rect, is_filled: bool) {
         let (running, progress, error) = match self.show {
             Show::Cube => (self.cube.is_running(), 0.0, self.cube.error()),
             Show::Planes => (self.planes.is_running(), 0.0, self.planes.error()),
@@ -243,8 +283,8 @@ impl Objects {
             };
             marks::working(ui, rect, what, progress);
         }
-        if self.show == Show::Mesh && self.cut.on && !is_body {
-            marks::note(ui, rect, "The inside shows no texture: look at a solid to see it");
+        if self.show == Show::Mesh && self.cut.on && !is_filled {
+            marks::note(ui, rect, "The inside shows no texture: no solid was baked into this mesh");
         }
         if let Some(error) = error {
             marks::error(ui, rect, error);

@@ -13,20 +13,15 @@ use super::gpu_parts::{Clip, Finish, Material, PLAIN, Shape};
 use super::pixels::{Channel, Pixels, rgba_of};
 use super::renderer::Renderer;
 use super::worker::{Job, Worker};
+use crate::run::Fit;
 
 /// How a solid is baked for the eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Baking {
-    /// Voxels along the mesh's longest side.
-    pub resolution: u32,
+    /// How it lies in the mesh.
+    pub fit: Fit,
     /// Texels a side of the last pass.
     pub finest: u32,
-}
-
-impl Default for Baking {
-    fn default() -> Self {
-        Self { resolution: 192, finest: 1024 }
-    }
 }
 
 /// Texels a side of the passes.
@@ -238,7 +233,9 @@ pub(super) fn bake_passes(
 ) -> Result<(), String> {
     for texture_size in PASSES.into_iter().filter(|&size| size <= baking.finest.max(128)) {
         let settings = BakeSettings {
-            resolution: baking.resolution,
+            resolution: baking.fit.resolution,
+            origin: baking.fit.origin,
+            filter: baking.fit.filter,
             texture_size,
             gutter: (texture_size / 128).max(2),
             ..BakeSettings::default()

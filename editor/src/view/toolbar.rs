@@ -1,10 +1,9 @@
 //! The viewport's toolbar: what is shown, how, and what can be saved of it.
 
 use eframe::egui::containers::menu::{MenuButton, MenuConfig};
-use eframe::egui::{self, Slider, Ui};
+use eframe::egui::{self, Slider, SliderClamping, Ui};
 
 use super::export::{Film, TurnSettings};
-use super::on_mesh::Baking;
 use super::stage::{Behind, Look};
 
 /// How a solid is shown.
@@ -161,15 +160,29 @@ pub fn save(ui: &mut Ui, settings: &mut TurnSettings, can_turn: bool, running: b
     ask
 }
 
-/// How a solid is baked onto a mesh.
-pub fn baking(ui: &mut Ui, baking: &mut Baking) {
-    slider(ui, "Voxels", Slider::new(&mut baking.resolution, 16..=1024).logarithmic(true))
-        .on_hover_text("Voxels along the mesh's longest side: more make the structures finer on the mesh");
-    let selected = format!("{} px", baking.finest);
+/// How finely a mesh is laid out in voxels: as the graph bakes it, or else as `usual`, until something is chosen.
+pub fn resolution(ui: &mut Ui, chosen: &mut Option<u32>, baked: Option<u32>, usual: u32) {
+    let mut shown = chosen.or(baked).unwrap_or(usual);
+    // What is baked may lie beyond the slider's end, and is not to be changed by being shown.
+    let range = Slider::new(&mut shown, 16..=1024).clamping(SliderClamping::Edits).logarithmic(true);
+    let tip = "Voxels along the mesh's longest side: more make the structures finer on the mesh";
+    if slider(ui, "Voxels", range).on_hover_text(tip).changed() {
+        *chosen = Some(shown);
+    }
+    let Some(baked) = baked.filter(|baked| chosen.is_some_and(|chosen| chosen != *baked)) else { return };
+    let tip = format!("{baked} voxels, as the graph bakes it");
+    if ui.button("As baked").on_hover_text(tip).clicked() {
+        *chosen = None;
+    }
+}
+
+/// How fine textures become that are made for the eye.
+pub fn texture(ui: &mut Ui, finest: &mut u32) {
+    let selected = format!("{finest} px");
     choice(ui, "Texture", &selected, 72.0, |ui| {
         for size in [128, 256, 512, 1024, 2048] {
-            ui.selectable_value(&mut baking.finest, size, format!("{size} px"));
+            ui.selectable_value(finest, size, format!("{size} px"));
         }
     })
-    .on_hover_text("Edge of the texture that the surface ends at");
+    .on_hover_text("Edge of the texture that the surface, or the cut, ends at");
 }

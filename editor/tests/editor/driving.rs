@@ -3,6 +3,8 @@
 use breccia_editor::action::{Action, Pin};
 use breccia_editor::command::Command;
 use breccia_editor::model::text_of;
+use breccia_editor::run::Fit;
+use breccia_nodes::data::Filter;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::SnapshotOptions;
 use egui_kittest::kittest::{NodeT as _, Queryable};
@@ -171,6 +173,39 @@ fn one_change_computes_only_what_hangs_on_it_and_marks_the_rest_stale() {
         desk.app().board().get("checker").map(|s| s.phase),
         Some(breccia_editor::run::Phase::Cached(_))
     ));
+}
+
+#[test]
+fn the_solid_in_a_baked_mesh_comes_with_it_as_it_was_baked() {
+    let mut desk = open(None, false);
+    let document = r#"(format: "breccia-graph", version: 2,
+        nodes: {"shape": (type: "mesh.read", params: {"path": "builtin:spot/spot.glb"}), "checker": (type: "solid.checker"),
+            "bake": (type: "mesh.bake", params: {"resolution": 24, "texture_size": 64, "origin": [1, -2, 3]}), "cut": (type: "mesh.cut")},
+        links: ["shape.mesh -> bake.mesh", "checker.solid -> bake.solid", "bake.mesh -> cut.mesh"])"#;
+    let path = desk.folder.path().join("baked.ron");
+    std::fs::write(&path, document).expect("a file");
+    desk.app().open_path(&path);
+    let ctx = desk.harness.ctx.clone();
+    let fit = Fit { resolution: 24, origin: [1, -2, 3], filter: Filter::Trilinear };
+    for (node, socket, with) in
+        [("bake", "mesh", true), ("cut", "below", true), ("shape", "mesh", false), ("checker", "solid", true)]
+    {
+        let pin = Pin { node: node.into(), socket: socket.into(), output: true };
+        desk.app().act(Action::Watch(pin), &ctx);
+        desk.wait();
+        let results = desk.app().results();
+        assert_eq!(results[&format!("{node}.{socket}")].fit, with.then_some(fit), "{node}");
+        assert_eq!(results.contains_key("checker.solid"), with, "{node}");
+    }
+    // Until the mesh is baked anew, the old one keeps what it was baked with.
+    desk.app().act(Action::Watch(Pin { node: "bake".into(), socket: "mesh".into(), output: true }), &ctx);
+    desk.wait();
+    let value = Some(breccia_engine::ParamValue::Int(48));
+    let (node, param) = ("bake".into(), "resolution".into());
+    desk.app().act(Action::Set { node, param, value, dragging: false }, &ctx);
+    assert_eq!(desk.app().results()["bake.mesh"].fit, Some(fit));
+    desk.wait();
+    assert_eq!(desk.app().results()["bake.mesh"].fit, Some(Fit { resolution: 48, ..fit }));
 }
 
 #[test]
