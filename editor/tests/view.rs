@@ -27,6 +27,7 @@ struct State {
     mesh: Option<Subject>,
     exemplar: Option<Subject>,
     inside: Option<Subject>,
+    coming: Option<&'static str>,
     actions: Vec<ViewAction>,
 }
 
@@ -50,12 +51,15 @@ fn window(main: Value, mesh: Option<Value>, exemplar: Option<Value>) -> Option<W
         mesh: mesh.and_then(|mesh| subject("node.mesh", mesh)),
         exemplar: exemplar.and_then(|image| subject("node.exemplar", image)),
         inside: None,
+        coming: None,
         actions: Vec::new(),
     };
     let draw = |ui: &mut egui::Ui, state: &mut State| {
         let (main, mesh) = (state.main.as_ref(), state.mesh.as_ref());
         let (exemplar, inside) = (state.exemplar.as_ref(), state.inside.as_ref());
-        state.actions.extend(state.viewport.ui(ui, &Scene { main, mesh, exemplar, inside }));
+        state
+            .actions
+            .extend(state.viewport.ui(ui, &Scene { main, mesh, exemplar, inside, coming: state.coming }));
     };
     let builder = Harness::builder().with_size(egui::vec2(900.0, 620.0)).with_step_dt(1.0 / 60.0);
     Some(builder.renderer(WgpuTestRenderer::from_render_state(render)).build_ui_state(draw, state))
@@ -413,6 +417,9 @@ fn numbers_curves_and_words_are_shown() {
     window.state_mut().main = None;
     window.run_steps(2);
     window.get_by_label("Nothing to look at yet: pick a node, or run the graph.");
+    window.state_mut().coming = Some("Computing node.curves");
+    window.run_steps(2);
+    window.get_by_label("Computing node.curves");
 }
 
 #[test]

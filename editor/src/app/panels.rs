@@ -336,15 +336,31 @@ impl App {
         }
     }
 
+    /// What is on its way to the viewport, in words.
+    fn coming(&self) -> Option<String> {
+        let watched = self.watched.as_ref().filter(|_| self.busy[0] || self.due && self.live)?;
+        let running: Vec<String> = self
+            .board
+            .running()
+            .map(|(node, fraction)| match (fraction * 100.0).round() {
+                0.0 => node.to_owned(),
+                percent => format!("{node}, {percent:.0} %"),
+            })
+            .collect();
+        Some(format!("Computing {watched}\n{}", running.join("\n")))
+    }
+
     /// The viewport.
     fn look(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
         let found = |output: Option<String>| output.and_then(|output| self.results.get(&output));
         let Companions { mesh, exemplar, inside } = self.companions();
+        let coming = self.coming();
         let scene = Scene {
             main: found(self.watched.clone()),
             mesh: found(mesh),
             exemplar: found(exemplar),
             inside: found(inside),
+            coming: coming.as_deref(),
         };
         let Some(viewport) = &mut self.viewport else { return };
         let asked = viewport.ui(ui, &scene);

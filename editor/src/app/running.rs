@@ -87,8 +87,10 @@ impl App {
         self.asked = Arc::clone(&self.checked.bakes);
         let graph = if self.dragging { Arc::new(draft(&graph)) } else { graph };
         let mut items = Vec::new();
-        let wanted = self.wanted();
-        for outputs in [wanted, more] {
+        // A mesh is shown before the solid in it is there, which may take longer where the mesh was found on disk.
+        let inside = self.companions().inside;
+        let (inside, wanted) = self.wanted().into_iter().partition(|output| Some(output) == inside.as_ref());
+        for outputs in [wanted, inside, more] {
             if !outputs.is_empty() {
                 items.push(Item { graph: Arc::clone(&graph), outputs });
             }

@@ -71,6 +71,8 @@ pub struct Scene<'a> {
     pub exemplar: Option<&'a Subject>,
     /// The solid in a mesh that was baked.
     pub inside: Option<&'a Subject>,
+    /// What is being computed, in words, for as long as there is nothing to look at.
+    pub coming: Option<&'a str>,
 }
 
 /// What the viewport asks of the application.
@@ -126,7 +128,8 @@ impl Viewport {
         let Some(content) = self.main.content().cloned() else {
             self.objects.rest_but(None);
             self.flat.rest();
-            marks::empty(ui, "Nothing to look at yet: pick a node, or run the graph.");
+            let nothing = "Nothing to look at yet: pick a node, or run the graph.";
+            marks::empty(ui, scene.coming.unwrap_or(nothing));
             return Vec::new();
         };
         let show = self.shown(&content);
