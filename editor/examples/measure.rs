@@ -23,7 +23,7 @@ use egui_kittest::Harness;
 struct Nobody;
 
 impl Picker for Nobody {
-    fn ask(&self, _: &Want) -> Receiver<Option<std::path::PathBuf>> {
+    fn ask(&self, _: &Want, _: Option<&std::path::Path>) -> Receiver<Option<std::path::PathBuf>> {
         channel().1
     }
 }

@@ -103,6 +103,22 @@ impl App {
                         self.question = None;
                     }
                 }
+                Question::Replace(path) => {
+                    let name = path.file_name().unwrap_or_default().to_string_lossy();
+                    ui.strong(format!("There is a file {name} already."))
+                        .on_hover_text(path.display().to_string());
+                    if ui.button("Replace it").clicked() {
+                        self.question = None;
+                        if let Some((want, path)) = self.replacing.take() {
+                            self.answer(want, path, ctx);
+                        }
+                    }
+                    if ui.button("Leave it").clicked() {
+                        self.question = None;
+                        self.replacing = None;
+                        self.then = None;
+                    }
+                }
                 Question::Changed => {
                     ui.strong(format!("{} was changed by another program.", self.project.name()));
                     if ui.button("Reload").clicked() {

@@ -6,7 +6,7 @@ use breccia_engine::{Document, Exporter, Sink, Value};
 use eframe::egui::Context;
 
 use super::{After, App, Question, Want};
-use crate::files::{rebase, relative, write_whole};
+use crate::files::{rebase, write_whole};
 use crate::model::{Project, State, text_of};
 
 /// What came of work on files.
@@ -59,6 +59,7 @@ impl App {
         self.palette = None;
         self.open.gallery = false;
         self.dragging = false;
+        self.forget_asked();
         self.canvas.release();
         self.canvas.arrive();
         self.recheck();
@@ -210,7 +211,7 @@ impl App {
     }
 
     /// Writes the result that is looked at to a file, in the background.
-    fn write_watched(&mut self, path: PathBuf) {
+    pub(super) fn write_watched(&mut self, path: PathBuf) {
         let Some(subject) = self.watched.as_ref().and_then(|output| self.results.get(output)) else { return };
         let value = subject.value.clone();
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
@@ -260,7 +261,7 @@ impl App {
         });
     }
 
-    fn export(&mut self, path: &Path) {
+    pub(super) fn export(&mut self, path: &Path) {
         let document = self.project.state().to_document();
         let folder = self.project.folder().unwrap_or(Path::new("")).to_owned();
         let (registry, files) = (std::sync::Arc::clone(&self.registry), std::sync::Arc::clone(&self.files));
@@ -299,76 +300,7 @@ impl App {
         self.question = self.question.take().filter(|question| *question != Question::Changed);
     }
 
-    /// Takes in the answers of dialogs and of files that were being written.
-    pub(super) fn take_answers(&mut self, ctx: &Context) {
-        let mut answered = Vec::new();
-        self.picking.retain(|picked| match picked.answer.try_recv() {
-            Ok(answer) => {
-                answered.push((picked.want.clone(), answer, picked.asked.elapsed()));
-                false
-            }
-            Err(std::sync::mpsc::TryRecvError::Empty) => true,
-            Err(std::sync::mpsc::TryRecvError::Disconnected) => {
-                answered.push((picked.want.clone(), None, std::time::Duration::ZERO));
-                false
-            }
-        });
-        for (want, path, after) in answered {
-            match path {
-                Some(path) => self.answer(want, path, ctx),
-                None if after < super::paths::NO_DIALOG => {
-                    self.path_sheet = Some(super::paths::PathSheet::new(want, self.project.folder()));
-                }
-                None => self.then = None,
-            }
-        }
-        let done: Vec<Done> = self.working.iter().filter_map(|receiver| receiver.try_recv().ok()).collect();
-        self.working.retain(|receiver| {
-            !matches!(receiver.try_recv(), Err(std::sync::mpsc::TryRecvError::Disconnected))
-        });
-        for done in done {
-            match done {
-                Done::Say(text) => self.say(text),
-                Done::Open(path) => self.open_path(&path),
-            }
-        }
-        if !self.picking.is_empty() || !self.working.is_empty() {
-            ctx.request_repaint_after(std::time::Duration::from_millis(100));
-        }
-    }
-
-    /// Does what a path was asked for.
-    pub(super) fn answer(&mut self, want: Want, path: PathBuf, ctx: &Context) {
-        match want {
-            Want::Open => self.leave_document(After::Open(path), ctx),
-            Want::Save(_) => {
-                let saved = self.save_to(&path);
-                if let (true, Some(after)) = (saved, self.then.take()) {
-                    self.go_on(after, ctx);
-                }
-            }
-            Want::Import => self.leave_document(After::Import(path), ctx),
-            Want::Export(_) => self.export(&path),
-            Want::Param(node, param, _) => self.set_file(&node, &param, &path, ctx),
-            Want::Output(..) => self.write_watched(path),
-            Want::Made(files) => self.write_made(&path, files),
-        }
-    }
-
-    /// Sets a file parameter to a file that was picked or dropped.
-    pub(super) fn set_file(&mut self, node: &str, param: &str, path: &Path, ctx: &Context) {
-        let text = relative(path, self.project.folder());
-        let value = Some(breccia_engine::ParamValue::Text(text));
-        let action = crate::action::Action::Set {
-            node: node.to_owned(),
-            param: param.to_owned(),
-            value,
-            dragging: false,
-        };
-        self.perform(action, ctx);
-    }
-
-    fn write_made(&mut self, path: &Path, files: Vec<(String, Vec<u8>)>) {
+    pub(super) fn write_made(&mut self, path: &Path, files: Vec<(String, Vec<u8>)>) {
         let path = path.to_owned();
         self.work(move || {
             let result = match files.as_slice() {

@@ -2,101 +2,156 @@
 
 use std::path::Path;
 
-use breccia_engine::{ParamKind, ParamValue};
+use breccia_engine::{Document, ParamKind, ParamValue};
 use breccia_graphs::set_of;
 use eframe::egui::{self, Context};
 
 use super::{After, App};
 use crate::action::Action;
+use crate::files::relative;
 use crate::model;
 
 /// What an empty graph becomes when a picture is dropped on it.
 const FIRST: &str = "lazy_mesh";
 
+/// How far nodes that are made together lie apart, in units of the canvas.
+const STEP: i32 = 40;
+
+/// Of how many files it is told what would become of them.
+const SHOWN: usize = 4;
+
+/// What becomes of a file that is dropped.
+enum Fate {
+    /// A graph is opened.
+    Open,
+    /// A bundle is unpacked and opened.
+    Import,
+    /// The node that is selected reads it, with this parameter.
+    Selected(String, String),
+    /// The graph takes it.
+    Input(Input),
+    /// A graph begins with it.
+    Start,
+    /// A new node of this type reads it, with this parameter.
+    Node(String, String),
+    /// Nothing, and why.
+    Nothing(String),
+}
+
+/// An input of a graph that takes a file.
+#[derive(Clone)]
+struct Input {
+    name: String,
+    node: String,
+    param: String,
+    /// What it reads now.
+    path: String,
+}
+
 impl App {
     /// Takes in dropped files.
     pub(super) fn dropped(&mut self, ctx: &Context) -> Vec<Action> {
         let files = ctx.input(|i| i.raw.dropped_files.clone());
-        for file in files {
-            self.take_file(file.path(), ctx);
+        for (i, file) in files.iter().enumerate() {
+            self.take(file.path(), i == 0, ctx);
         }
         Vec::new()
     }
 
     /// Takes in one file: a graph or bundle is opened, anything else goes to what can read it.
     pub fn take_file(&mut self, path: &Path, ctx: &Context) {
+        self.take(path, true, ctx);
+    }
+
+    /// Takes in one file of several. Only the first goes to the selected node, which may be one that was made for it.
+    fn take(&mut self, path: &Path, first: bool, ctx: &Context) {
         self.refresh();
         // Where the program was started is not where the graph will lie.
         let path = &std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        match self.fate(path, first) {
+            Fate::Open => self.leave_document(After::Open(path.to_owned()), ctx),
+            Fate::Import => self.leave_document(After::Import(path.to_owned()), ctx),
+            Fate::Selected(node, param) => self.set_file(&node, &param, path, ctx),
+            Fate::Input(input) => self.give(&input, path),
+            Fate::Start => self.start_with(path),
+            Fate::Node(ty, param) => self.as_node(ty, &param, path, ctx),
+            Fate::Nothing(why) => self.say(why),
+        }
+    }
+
+    /// What would become of a file.
+    fn fate(&self, path: &Path, first: bool) -> Fate {
+        let extension = extension_of(path);
+        if path.is_dir() {
+            return Fate::Nothing("Folders cannot be taken, only files".to_owned());
+        }
         match extension.as_str() {
-            "ron" => return self.leave_document(After::Open(path.to_owned()), ctx),
-            "zip" => return self.leave_document(After::Import(path.to_owned()), ctx),
+            "ron" => return Fate::Open,
+            "zip" => return Fate::Import,
             _ => {}
         }
-        if self.onto_selected(path, &extension, ctx) || self.onto_input(path, &extension) {
-            return;
+        if let Some((node, param)) = self.selected_reader(&extension).filter(|_| first) {
+            return Fate::Selected(node, param);
         }
-        if self.project.state().document.nodes.is_empty() && image(&extension) {
-            let preset = breccia_graphs::preset(FIRST)
-                .and_then(|preset| breccia_engine::Document::parse(preset.ron).ok());
-            if let Some(document) = preset {
-                // A step of its own: what was there before can be brought back.
-                self.project.edit("Start with a picture", None, |state| *state = model::State::new(document));
-                self.refresh();
-                self.canvas.arrive();
-                self.open.gallery = false;
-                self.onto_input(path, &extension);
-                return;
-            }
-        }
-        self.as_node(path, &extension, ctx);
-    }
-
-    /// A reader that is selected takes the file.
-    fn onto_selected(&mut self, path: &Path, extension: &str, ctx: &Context) -> bool {
-        let Some(node) = self.selection.single().cloned() else { return false };
-        let Some(param) =
-            self.shapes.get(&node).and_then(|shape| shape.params.iter().find(|p| reads(&p.kind, extension)))
-        else {
-            return false;
-        };
-        let name = param.name.clone();
-        self.set_file(&node, &name, path, ctx);
-        true
-    }
-
-    /// The graph's first input that can read the file takes it. Built-in files that belong to the one that goes are taken away.
-    fn onto_input(&mut self, path: &Path, extension: &str) -> bool {
         let document = &self.project.state().document;
+        if let Some(input) = preferred(&self.readers(document, &extension)) {
+            return Fate::Input(input.clone());
+        }
+        if document.nodes.is_empty() && image(&extension) && breccia_graphs::preset(FIRST).is_some() {
+            return Fate::Start;
+        }
+        let node = self.registry.nodes().find_map(|ty| {
+            let param = ty.spec.params.iter().find(|param| reads(&param.kind, &extension))?;
+            Some((ty.spec.id.to_owned(), param.name.to_owned()))
+        });
+        match node {
+            Some((ty, param)) => Fate::Node(ty, param),
+            None if extension.is_empty() => {
+                Fate::Nothing("No node reads files whose names have no ending".to_owned())
+            }
+            None => Fate::Nothing(format!("No node reads files that end in .{extension}")),
+        }
+    }
+
+    /// The node that is selected, if it reads such files, and the parameter that names them.
+    fn selected_reader(&self, extension: &str) -> Option<(String, String)> {
+        let node = self.selection.single()?;
+        let param = self.shapes.get(node)?.params.iter().find(|p| reads(&p.kind, extension))?;
+        Some((node.clone(), param.name.clone()))
+    }
+
+    /// The inputs of a graph that read such files.
+    fn readers(&self, document: &Document, extension: &str) -> Vec<Input> {
         let reader = |(name, input): (&String, &breccia_engine::InterfaceInput)| {
             let entry = document.nodes.get(&input.node)?;
             let spec = &self.registry.node(&entry.ty)?.spec;
             let param = spec.params.iter().find(|param| param.name == input.param)?;
-            let before = match entry.params.get(param.name) {
+            let path = match entry.params.get(param.name) {
                 Some(ParamValue::Text(path)) => path.clone(),
                 _ => String::new(),
             };
-            reads(&param.kind, extension)
-                .then(|| (name.clone(), input.node.clone(), input.param.clone(), before))
+            reads(&param.kind, extension).then(|| Input {
+                name: name.clone(),
+                node: input.node.clone(),
+                param: input.param.clone(),
+                path,
+            })
         };
-        let readers: Vec<_> = document.interface.inputs.iter().filter_map(reader).collect();
-        let named =
-            ["exemplar", "mesh"].iter().find_map(|wanted| readers.iter().find(|(name, ..)| name == wanted));
-        let Some((input, node, param, before)) = named.or(readers.first()).cloned() else { return false };
-        let text = crate::files::relative(path, self.project.folder());
-        let set = set_of(&before).map(str::to_owned);
-        let orphans: Vec<_> = readers
-            .iter()
-            .filter(|(name, ..)| *name != input)
-            .filter(|(.., path)| set.is_some() && set_of(path) == set.as_deref())
-            .map(|(_, node, param, _)| (node.clone(), param.clone()))
-            .collect();
+        document.interface.inputs.iter().filter_map(reader).collect()
+    }
+
+    /// An input of the graph takes a file. Built-in files that belong to the one that goes are taken away.
+    fn give(&mut self, input: &Input, path: &Path) {
+        let text = relative(path, self.project.folder());
+        let set = set_of(&input.path);
+        let extension = extension_of(path);
+        let mut orphans = self.readers(&self.project.state().document, &extension);
+        orphans.retain(|other| other.name != input.name && set.is_some() && set_of(&other.path) == set);
         let at = model::Address::default();
-        self.project.edit(&format!("Give {input}"), None, |state| {
-            model::set_param(state, &at, &node, &param, Some(ParamValue::Text(text)));
-            for (node, param) in &orphans {
-                model::set_param(state, &at, node, param, None);
+        self.project.edit(&format!("Give {}", input.name), None, |state| {
+            model::set_param(state, &at, &input.node, &input.param, Some(ParamValue::Text(text)));
+            for orphan in &orphans {
+                model::set_param(state, &at, &orphan.node, &orphan.param, None);
             }
         });
         let left_out = if orphans.is_empty() {
@@ -104,35 +159,110 @@ impl App {
         } else {
             format!(
                 "; left out what belonged to the built-in one: {}",
-                orphans.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ")
+                orphans.iter().map(|orphan| orphan.name.as_str()).collect::<Vec<_>>().join(", ")
             )
         };
-        self.say(format!(
-            "{} is the {input} now{left_out}",
-            path.file_name().unwrap_or_default().to_string_lossy()
-        ));
-        true
+        self.say(format!("{} is the {} now{left_out}", name_of(path), input.name));
+    }
+
+    /// A picture is dropped where nothing is.
+    fn start_with(&mut self, path: &Path) {
+        let preset = breccia_graphs::preset(FIRST).and_then(|preset| Document::parse(preset.ron).ok());
+        let Some(document) = preset else { return };
+        // A step of its own: what was there before can be brought back.
+        self.project.edit("Start with a picture", None, |state| *state = model::State::new(document));
+        self.refresh();
+        self.canvas.arrive();
+        self.open.gallery = false;
+        if let Fate::Input(input) = self.fate(path, false) {
+            self.give(&input, path);
+        }
     }
 
     /// A new node reads the file.
-    fn as_node(&mut self, path: &Path, extension: &str, ctx: &Context) {
-        let reader = self.registry.nodes().find_map(|ty| {
-            let param = ty.spec.params.iter().find(|param| reads(&param.kind, extension))?;
-            let ParamKind::File { extensions } = param.kind else { return None };
-            (!extensions.is_empty()).then(|| (ty.spec.id.to_owned(), param.name.to_owned()))
-        });
-        match reader {
-            Some((ty, param)) => {
-                let at = self.canvas.place_for_new();
-                self.perform(Action::Add { kind: crate::action::Kind::Type(ty), at, joint: None }, ctx);
-                self.refresh();
-                if let Some(node) = self.selection.single().cloned() {
-                    self.set_file(&node, &param, path, ctx);
-                }
-            }
-            None => self.say(format!("No node reads files that end in .{extension}")),
+    fn as_node(&mut self, ty: String, param: &str, path: &Path, ctx: &Context) {
+        let before = self.project.content();
+        let at = self.free_place();
+        self.perform(Action::Add { kind: crate::action::Kind::Type(ty), at, joint: None }, ctx);
+        self.refresh();
+        // A group in a file of its own takes no nodes; what is selected there is none of this.
+        let added = self.project.content() != before;
+        if let Some(node) = self.selection.single().filter(|_| added).cloned() {
+            self.set_file(&node, param, path, ctx);
         }
     }
+
+    /// Sets a file parameter to a file that was dropped.
+    fn set_file(&mut self, node: &str, param: &str, path: &Path, ctx: &Context) {
+        let text = relative(path, self.project.folder());
+        let value = Some(ParamValue::Text(text));
+        let action = Action::Set { node: node.to_owned(), param: param.to_owned(), value, dragging: false };
+        self.perform(action, ctx);
+    }
+
+    /// A place for a node where none begins: several files make several nodes at once.
+    fn free_place(&self) -> [i32; 2] {
+        let mut at = self.canvas.place_for_new();
+        let layout = self.project.state().layout(&self.address());
+        while layout.is_some_and(|layout| layout.nodes.values().any(|place| place.at == at)) {
+            at = at.map(|x| x.wrapping_add(STEP));
+        }
+        at
+    }
+
+    /// Says over the window what dropping would do.
+    pub(super) fn hint(&self, ctx: &Context) {
+        let hovering = ctx.input(|i| i.raw.hovered_files.clone());
+        if hovering.is_empty() {
+            return;
+        }
+        let area = egui::Area::new(egui::Id::new("drop hint"))
+            .anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0])
+            .order(egui::Order::Foreground);
+        area.show(ctx, |ui| {
+            egui::Frame::popup(ui.style()).show(ui, |ui| {
+                for (i, file) in hovering.iter().take(SHOWN).enumerate() {
+                    match &file.path {
+                        Some(path) => ui.heading(self.told(path, i == 0)),
+                        // Not every system tells before the drop what it is about.
+                        None => ui.heading("Drop a picture, a mesh, a graph or a bundle"),
+                    };
+                }
+                if hovering.len() > SHOWN {
+                    ui.label(format!("and {} more", hovering.len() - SHOWN));
+                }
+            });
+        });
+    }
+
+    /// What dropping a file would do, in words.
+    fn told(&self, path: &Path, first: bool) -> String {
+        let name = name_of(path);
+        match self.fate(path, first) {
+            Fate::Open => format!("Drop to open the graph {name}"),
+            Fate::Import => format!("Drop to unpack and open {name}"),
+            Fate::Selected(node, _) => format!("Drop to let {node} read {name}"),
+            Fate::Input(input) => format!("Drop to make {name} the {}", input.name),
+            Fate::Start => format!("Drop to start a graph with {name}"),
+            Fate::Node(..) => format!("Drop to add a node that reads {name}"),
+            Fate::Nothing(why) => why,
+        }
+    }
+}
+
+/// The input that a file is given to, if none is said.
+fn preferred(readers: &[Input]) -> Option<&Input> {
+    let named =
+        ["exemplar", "mesh"].iter().find_map(|wanted| readers.iter().find(|input| input.name == *wanted));
+    named.or(readers.first())
+}
+
+fn extension_of(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn reads(kind: &ParamKind, extension: &str) -> bool {
@@ -141,18 +271,4 @@ fn reads(kind: &ParamKind, extension: &str) -> bool {
 
 fn image(extension: &str) -> bool {
     matches!(extension, "png" | "jpg" | "jpeg" | "tif" | "tiff" | "bmp" | "webp" | "exr")
-}
-
-/// Says over the window what dropping would do.
-pub(super) fn hint(ctx: &Context) {
-    let hovering = ctx.input(|i| i.raw.hovered_files.len());
-    if hovering > 0 {
-        let area = egui::Area::new(egui::Id::new("drop hint"))
-            .anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0])
-            .order(egui::Order::Foreground);
-        area.show(ctx, |ui| {
-            egui::Frame::popup(ui.style())
-                .show(ui, |ui| ui.heading("Drop a picture, a mesh, a graph or a bundle"));
-        });
-    }
 }

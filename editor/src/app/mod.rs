@@ -1,9 +1,11 @@
 //! The application: what is open and what goes on. Panels draw it and say what the user asks for; it does that.
 
+mod answers;
 mod below;
 mod commands;
 mod documents;
 mod drop;
+mod ears;
 mod level;
 mod memory;
 mod panels;
@@ -44,6 +46,8 @@ enum Question {
     Unsaved(After),
     /// The file changed on disk.
     Changed,
+    /// This file would be replaced.
+    Replace(PathBuf),
 }
 
 /// What was asked for before a question came between.
@@ -99,6 +103,8 @@ pub struct App {
     picker: Box<dyn Picker>,
     picking: Vec<Picked>,
     path_sheet: Option<paths::PathSheet>,
+    /// What is written once it may replace the file that is there.
+    replacing: Option<(Want, PathBuf)>,
 
     board: Board,
     live: bool,
@@ -189,6 +195,7 @@ impl App {
             picker,
             picking: Vec::new(),
             path_sheet: None,
+            replacing: None,
             board: Board::default(),
             dragging: false,
             drafted: false,

@@ -53,6 +53,10 @@ impl App {
         if self.palette.is_some() {
             return actions;
         }
+        // Before the key means anything else.
+        if self.path_sheet.is_some() && ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::Escape)) {
+            self.give_up_path();
+        }
         let typing = ctx.text_edit_focused();
         // Copying and pasting come as events of their own.
         let events = ctx.input(|i| i.events.clone());
@@ -165,7 +169,7 @@ impl App {
             }
         }
         self.path_sheet(&ctx);
-        super::drop::hint(&ctx);
+        self.hint(&ctx);
     }
 
     fn menus(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {

@@ -1,6 +1,6 @@
 //! A path typed by hand, where the system has no dialog to pick one with.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use eframe::egui::{self, Align2, Context, Key, TextEdit, WidgetInfo, WidgetType};
@@ -30,9 +30,14 @@ impl PathSheet {
                 [(name, _)] => name.clone(),
                 _ => "turntable".to_owned(),
             },
-            Want::Open | Want::Import | Want::Param(..) => String::new(),
+            Want::Open | Want::Import | Want::Param { .. } => String::new(),
         };
         Self { want, text: folder.join(name).to_string_lossy().into_owned(), fresh: true }
+    }
+
+    /// What it is asked for.
+    pub fn want(&self) -> &Want {
+        &self.want
     }
 
     fn title(&self) -> &'static str {
@@ -41,7 +46,7 @@ impl PathSheet {
             Want::Save(_) => "Save the graph",
             Want::Import => "Import a bundle",
             Want::Export(_) => "Export a bundle",
-            Want::Param(..) => "Pick a file",
+            Want::Param { .. } => "Pick a file",
             Want::Output(..) => "Export a result",
             Want::Made(_) => "Save what the viewport shows",
         }
@@ -70,11 +75,16 @@ impl App {
         });
         if done {
             if let Some(sheet) = self.path_sheet.take() {
-                self.answer(sheet.want, PathBuf::from(sheet.text), ctx);
+                self.answer_carefully(sheet.want, Path::new(&sheet.text), ctx);
             }
         } else if !open || cancelled {
-            self.path_sheet = None;
-            self.then = None;
+            self.give_up_path();
         }
+    }
+
+    /// The user thought better of it.
+    pub(super) fn give_up_path(&mut self) {
+        self.path_sheet = None;
+        self.then = None;
     }
 }

@@ -1,12 +1,11 @@
 //! Doing what the user asks for.
 
 use std::collections::BTreeSet;
-use std::time::Instant;
 
 use breccia_engine::{Arity, Link, NodeEntry, ParamKind, ParamValue};
 use eframe::egui::Context;
 
-use super::{After, App, Picked, Want};
+use super::{After, App, Want};
 use crate::action::{Action, Joint, Kind, Pin, Selection};
 use crate::canvas::size_of;
 use crate::model::{self, Refusal, Shape};
@@ -253,13 +252,7 @@ impl App {
             Some(ParamKind::File { extensions }) => extensions.iter().map(|e| (*e).to_owned()).collect(),
             _ => Vec::new(),
         };
-        self.want(Want::Param(node, param, extensions));
-    }
-
-    /// Asks for a file.
-    pub(super) fn want(&mut self, want: Want) {
-        let answer = self.picker.ask(&want);
-        self.picking.push(Picked { want, answer, asked: Instant::now() });
+        self.want(Want::Param { at: self.address(), node, param, extensions });
     }
 
     fn offer(&mut self, pin: &Pin) {

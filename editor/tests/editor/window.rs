@@ -17,7 +17,7 @@ pub type Answers = Rc<RefCell<VecDeque<PathBuf>>>;
 struct Prepared(Answers);
 
 impl Picker for Prepared {
-    fn ask(&self, _: &Want) -> Receiver<Option<PathBuf>> {
+    fn ask(&self, _: &Want, _: Option<&std::path::Path>) -> Receiver<Option<PathBuf>> {
         let (sender, receiver) = channel();
         let _ = sender.send(self.0.borrow_mut().pop_front());
         receiver

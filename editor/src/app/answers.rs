@@ -1,0 +1,114 @@
+//! What is done with a path that was asked for.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::TryRecvError;
+use std::time::{Duration, Instant};
+
+use breccia_engine::ParamValue;
+use eframe::egui::Context;
+
+use super::documents::Done;
+use super::paths::{NO_DIALOG, PathSheet};
+use super::{After, App, Picked, Question, Want};
+use crate::files::relative;
+use crate::model;
+
+/// A dialog that was asked for so long ago may be lost: it is asked for again.
+const LOST: Duration = Duration::from_secs(60);
+
+impl App {
+    /// Asks for a file.
+    pub(super) fn want(&mut self, want: Want) {
+        // A desktop may take its time, and a dialog may lie behind the window: pressing the key again must not bring a second one.
+        if self.picking.iter().any(|picked| picked.want == want && picked.asked.elapsed() < LOST) {
+            self.say("The dialog for that is open already, perhaps behind this window");
+            return;
+        }
+        let answer = self.picker.ask(&want, self.project.folder());
+        self.picking.push(Picked { want, answer, asked: Instant::now() });
+    }
+
+    /// What was asked for about a document that is not open any more is not done to the next one.
+    pub(super) fn forget_asked(&mut self) {
+        self.picking.retain(|picked| !picked.want.is_about_the_document());
+        self.path_sheet = self.path_sheet.take().filter(|sheet| !sheet.want().is_about_the_document());
+        self.replacing = None;
+        self.question = None;
+        self.then = None;
+    }
+
+    /// Takes in the answers of dialogs and of files that were being written.
+    pub(super) fn take_answers(&mut self, ctx: &Context) {
+        let mut answered = Vec::new();
+        self.picking.retain(|picked| match picked.answer.try_recv() {
+            Ok(answer) => {
+                answered.push((picked.want.clone(), answer, picked.asked.elapsed()));
+                false
+            }
+            Err(TryRecvError::Empty) => true,
+            Err(TryRecvError::Disconnected) => {
+                answered.push((picked.want.clone(), None, Duration::ZERO));
+                false
+            }
+        });
+        for (want, path, after) in answered {
+            match path {
+                // The dialog asked whether this file may be replaced, not the one that its name stands for.
+                Some(path) if want.complete(&path) != path => self.answer_carefully(want, &path, ctx),
+                Some(path) => self.answer(want, path, ctx),
+                None if after < NO_DIALOG => {
+                    self.path_sheet = Some(PathSheet::new(want, self.project.folder()));
+                }
+                None => self.then = None,
+            }
+        }
+        let done: Vec<Done> = self.working.iter().filter_map(|receiver| receiver.try_recv().ok()).collect();
+        self.working.retain(|receiver| !matches!(receiver.try_recv(), Err(TryRecvError::Disconnected)));
+        for done in done {
+            match done {
+                Done::Say(text) => self.say(text),
+                Done::Open(path) => self.open_path(&path),
+            }
+        }
+        if !self.picking.is_empty() || !self.working.is_empty() {
+            ctx.request_repaint_after(Duration::from_millis(100));
+        }
+    }
+
+    /// Does what a path was asked for, after a question if that would replace a file and nobody was asked yet.
+    pub(super) fn answer_carefully(&mut self, want: Want, path: &Path, ctx: &Context) {
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let path = want.complete(&path);
+        let own = matches!(want, Want::Save(_)) && self.project.path.as_ref() == Some(&path);
+        if want.writes() && path.is_file() && !own {
+            self.question = Some(Question::Replace(path.clone()));
+            self.replacing = Some((want, path));
+        } else {
+            self.answer(want, path, ctx);
+        }
+    }
+
+    /// Does what a path was asked for.
+    pub(super) fn answer(&mut self, want: Want, path: PathBuf, ctx: &Context) {
+        match want {
+            Want::Open => self.leave_document(After::Open(path), ctx),
+            Want::Save(_) => {
+                let saved = self.save_to(&path);
+                if let (true, Some(after)) = (saved, self.then.take()) {
+                    self.go_on(after, ctx);
+                }
+            }
+            Want::Import => self.leave_document(After::Import(path), ctx),
+            Want::Export(_) => self.export(&path),
+            Want::Param { at, node, param, .. } => {
+                // Another graph of the document may be looked at by now.
+                let value = Some(ParamValue::Text(relative(&path, self.project.folder())));
+                self.project.edit(&format!("Change {}", param.replace('_', " ")), None, |state| {
+                    model::set_param(state, &at, &node, &param, value)
+                });
+            }
+            Want::Output(..) => self.write_watched(path),
+            Want::Made(files) => self.write_made(&path, files),
+        }
+    }
+}
