@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
+use eframe::egui_wgpu::{SurfaceConfig, WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use eframe::{egui, wgpu};
 
 use crate::app::{App, Picker, Settings};
@@ -60,5 +60,10 @@ pub fn wgpu_options() -> WgpuConfiguration {
         required_limits: adapter.limits(),
         ..Default::default()
     });
-    WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() }
+    WgpuConfiguration {
+        // Each frame that waits to be shown is one more between an input and its answer.
+        surface: SurfaceConfig::LOW_LATENCY,
+        wgpu_setup: WgpuSetup::CreateNew(setup),
+        ..Default::default()
+    }
 }
