@@ -4,7 +4,7 @@
 //! ```sh
 //! cargo run --release -p breccia-editor --example measure -- frames
 //! cargo run --release -p breccia-editor --example measure -- latency
-//! cargo run --release -p breccia-editor --example measure -- endurance 600
+//! cargo run --release -p breccia-editor --example measure -- endurance 600 1024
 //! ```
 
 #![allow(clippy::print_stdout, reason = "it prints what it measured")]
@@ -28,8 +28,11 @@ impl Picker for Nobody {
     }
 }
 
-fn open(graph: Option<&str>, drawn: bool) -> Harness<'static, Window> {
-    let settings = Settings { cache: None, state: None, memory: 1 << 30, ..Settings::default() };
+/// Mebibytes of results that are kept if nothing else is said.
+const MEMORY: u64 = 1024;
+
+fn open(graph: Option<&str>, drawn: bool, memory: u64) -> Harness<'static, Window> {
+    let settings = Settings { cache: None, state: None, memory: memory << 20, ..Settings::default() };
     let builder = Harness::builder().with_size([1280.0, 720.0]).with_max_steps(8);
     let builder = if drawn { builder.wgpu_setup(wgpu_options().wgpu_setup) } else { builder };
     builder
@@ -77,7 +80,7 @@ fn frames() {
         let path = folder.path().join("many.ron");
         std::fs::write(&path, many(count).to_ron()).expect("a file");
         for (what, fit) in [("all in view", true), ("a part in view", false)] {
-            let mut harness = open(path.to_str(), true);
+            let mut harness = open(path.to_str(), true, MEMORY);
             command(&mut harness, Command::Live);
             command(&mut harness, Command::Arrange);
             harness.run_steps(3);
@@ -106,7 +109,7 @@ fn frames() {
 }
 
 fn latency() {
-    let mut harness = open(Some("lazy_volume"), true);
+    let mut harness = open(Some("lazy_volume"), true, MEMORY);
     let ctx = harness.ctx.clone();
     let set = |node: &str, param: &str, value| Action::Set {
         node: node.into(),
@@ -149,8 +152,8 @@ fn memory() -> [u64; 2] {
     })
 }
 
-fn endurance(seconds: u64) {
-    let mut harness = open(Some("lazy_volume"), true);
+fn endurance(seconds: u64, memory_budget: u64) {
+    let mut harness = open(Some("lazy_volume"), true, memory_budget);
     let ctx = harness.ctx.clone();
     let set = |node: &str, param: &str, value, dragging| Action::Set {
         node: node.into(),
@@ -207,7 +210,10 @@ fn main() {
     match arguments.next().as_deref() {
         Some("frames") => frames(),
         Some("latency") => latency(),
-        Some("endurance") => endurance(arguments.next().and_then(|n| n.parse().ok()).unwrap_or(600)),
-        _ => println!("expected one of: frames, latency, endurance [SECONDS]"),
+        Some("endurance") => {
+            let mut number = |other| arguments.next().and_then(|n| n.parse().ok()).unwrap_or(other);
+            endurance(number(600), number(MEMORY));
+        }
+        _ => println!("expected one of: frames, latency, endurance [SECONDS [MEBIBYTES]]"),
     }
 }

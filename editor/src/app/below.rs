@@ -22,10 +22,11 @@ impl App {
             } else {
                 format!("{count} problems")
             };
-            let text = if count == 0 {
-                RichText::new(text).weak()
-            } else {
-                RichText::new(text).color(ui.visuals().error_fg_color)
+            // Red is not readable on the ground of what is chosen.
+            let text = match (count, self.open.problems) {
+                (_, true) => RichText::new(text),
+                (0, false) => RichText::new(text).weak(),
+                (_, false) => RichText::new(text).color(ui.visuals().error_fg_color),
             };
             let button = ui
                 .selectable_label(self.open.problems, text)
