@@ -37,6 +37,13 @@ impl App {
         self.then = None;
     }
 
+    /// Asks what is to become of changes that are not saved; a question that stood before is answered by no.
+    pub(super) fn ask_to_save(&mut self, after: After) {
+        self.replacing = None;
+        self.then = None;
+        self.question = Some(Question::Unsaved(after));
+    }
+
     /// Takes in the answers of dialogs and of files that were being written.
     pub(super) fn take_answers(&mut self, ctx: &Context) {
         let mut answered = Vec::new();
@@ -53,8 +60,10 @@ impl App {
         });
         for (want, path, after) in answered {
             match path {
-                // The dialog asked whether this file may be replaced, not the one that its name stands for.
-                Some(path) if want.complete(&path) != path => self.answer_carefully(want, &path, ctx),
+                // The dialog asked whether this file may be replaced, not the one that its name stands for, nor those in a folder.
+                Some(path) if want.complete(&path) != path || want.several().is_some() => {
+                    self.answer_carefully(want, &path, ctx)
+                }
                 Some(path) => self.answer(want, path, ctx),
                 None if after < NO_DIALOG => {
                     self.path_sheet = Some(PathSheet::new(want, self.project.folder()));
@@ -80,8 +89,12 @@ impl App {
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
         let path = want.complete(&path);
         let own = matches!(want, Want::Save(_)) && self.project.path.as_ref() == Some(&path);
-        if want.writes() && path.is_file() && !own {
-            self.question = Some(Question::Replace(path.clone()));
+        let there = match want.several() {
+            Some(mut names) => names.find_map(|name| Some(path.join(name)).filter(|path| path.is_file())),
+            None => Some(path.clone()).filter(|path| want.writes() && path.is_file() && !own),
+        };
+        if let Some(there) = there {
+            self.question = Some(Question::Replace(there));
             self.replacing = Some((want, path));
         } else {
             self.answer(want, path, ctx);
@@ -107,7 +120,7 @@ impl App {
                     model::set_param(state, &at, &node, &param, value)
                 });
             }
-            Want::Output(..) => self.write_watched(path),
+            Want::Output(output, _) => self.write_result(&output, path),
             Want::Made(files) => self.write_made(&path, files),
         }
     }

@@ -49,7 +49,8 @@ impl App {
                     ctx.copy_text(text.clone());
                     self.copied = Some(text);
                     if command == Command::Cut {
-                        self.delete_selected("Cut");
+                        // Links that are selected alone were not copied, and stay.
+                        self.remove("Cut", &self.selected_parts(), &[]);
                     }
                 }
             }
@@ -60,7 +61,9 @@ impl App {
             }
             Command::Duplicate => self.duplicate(),
             Command::Delete => {
-                self.delete_selected(if nodes.len() == 1 { "Delete node" } else { "Delete" });
+                let name = if nodes.len() == 1 { "Delete node" } else { "Delete" };
+                let links: Vec<String> = self.selection.links.iter().cloned().collect();
+                self.remove(name, &self.selected_parts(), &links);
             }
             Command::SelectAll => {
                 let layout = self.project.state().layout(&at);

@@ -21,7 +21,7 @@ impl App {
     /// Leaves the open document, after asking if something would be lost.
     pub(super) fn leave_document(&mut self, after: After, ctx: &Context) {
         if self.project.is_dirty() && after != After::Pick {
-            self.question = Some(Question::Unsaved(after));
+            self.ask_to_save(after);
         } else {
             self.go_on(after, ctx);
         }
@@ -59,6 +59,7 @@ impl App {
         self.palette = None;
         self.open.gallery = false;
         self.dragging = false;
+        self.full = None;
         self.forget_asked();
         self.canvas.release();
         self.canvas.arrive();
@@ -206,13 +207,17 @@ impl App {
             self.say("What is shown is not up to date yet: it is written once it is");
             return;
         }
-        let name = subject.label.rsplit(['/', '.']).next().unwrap_or("result").to_owned();
-        self.want(Want::Output(name, extensions));
+        let output = subject.label.clone();
+        self.want(Want::Output(output, extensions));
     }
 
-    /// Writes the result that is looked at to a file, in the background.
-    pub(super) fn write_watched(&mut self, path: PathBuf) {
-        let Some(subject) = self.watched.as_ref().and_then(|output| self.results.get(output)) else { return };
+    /// Writes a result to a file, in the background.
+    pub(super) fn write_result(&mut self, output: &str, path: PathBuf) {
+        // A dialog may stand open while the graph is changed.
+        let Some(subject) = self.results.get(output).filter(|subject| !subject.stale) else {
+            self.say(format!("{output} is not up to date any more: nothing is written"));
+            return;
+        };
         let value = subject.value.clone();
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         let registry = std::sync::Arc::clone(&self.registry);

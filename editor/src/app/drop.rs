@@ -1,5 +1,6 @@
 //! Files that are dropped on the window: pictures and meshes become inputs, graphs are opened.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use breccia_engine::{Document, ParamKind, ParamValue};
@@ -52,35 +53,40 @@ impl App {
     /// Takes in dropped files.
     pub(super) fn dropped(&mut self, ctx: &Context) -> Vec<Action> {
         let files = ctx.input(|i| i.raw.dropped_files.clone());
+        let mut given = BTreeSet::new();
         for (i, file) in files.iter().enumerate() {
-            self.take(file.path(), i == 0, ctx);
+            self.take(file.path(), i == 0, &mut given, ctx);
         }
         Vec::new()
     }
 
     /// Takes in one file: a graph or bundle is opened, anything else goes to what can read it.
     pub fn take_file(&mut self, path: &Path, ctx: &Context) {
-        self.take(path, true, ctx);
+        self.take(path, true, &mut BTreeSet::new(), ctx);
     }
 
-    /// Takes in one file of several. Only the first goes to the selected node, which may be one that was made for it.
-    fn take(&mut self, path: &Path, first: bool, ctx: &Context) {
+    /// Takes in one file of several. Only the first goes to the selected node, which may be one that was made for it; inputs that were
+    /// `given` a file take no other.
+    fn take(&mut self, path: &Path, first: bool, given: &mut BTreeSet<String>, ctx: &Context) {
         self.refresh();
         // Where the program was started is not where the graph will lie.
         let path = &std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        match self.fate(path, first) {
+        match self.fate(path, first, given) {
             Fate::Open => self.leave_document(After::Open(path.to_owned()), ctx),
             Fate::Import => self.leave_document(After::Import(path.to_owned()), ctx),
             Fate::Selected(node, param) => self.set_file(&node, &param, path, ctx),
-            Fate::Input(input) => self.give(&input, path),
-            Fate::Start => self.start_with(path),
+            Fate::Input(input) => {
+                self.give(&input, path);
+                given.insert(input.name);
+            }
+            Fate::Start => given.extend(self.start_with(path)),
             Fate::Node(ty, param) => self.as_node(ty, &param, path, ctx),
             Fate::Nothing(why) => self.say(why),
         }
     }
 
     /// What would become of a file.
-    fn fate(&self, path: &Path, first: bool) -> Fate {
+    fn fate(&self, path: &Path, first: bool, given: &BTreeSet<String>) -> Fate {
         let extension = extension_of(path);
         if path.is_dir() {
             return Fate::Nothing("Folders cannot be taken, only files".to_owned());
@@ -94,7 +100,9 @@ impl App {
             return Fate::Selected(node, param);
         }
         let document = &self.project.state().document;
-        if let Some(input) = preferred(&self.readers(document, &extension)) {
+        let mut readers = self.readers(document, &extension);
+        readers.retain(|input| !given.contains(&input.name));
+        if let Some(input) = preferred(&readers) {
             return Fate::Input(input.clone());
         }
         if document.nodes.is_empty() && image(&extension) && breccia_graphs::preset(FIRST).is_some() {
@@ -165,18 +173,17 @@ impl App {
         self.say(format!("{} is the {} now{left_out}", name_of(path), input.name));
     }
 
-    /// A picture is dropped where nothing is.
-    fn start_with(&mut self, path: &Path) {
-        let preset = breccia_graphs::preset(FIRST).and_then(|preset| Document::parse(preset.ron).ok());
-        let Some(document) = preset else { return };
+    /// A picture is dropped where nothing is. Returns the input that it is given to.
+    fn start_with(&mut self, path: &Path) -> Option<String> {
+        let document = breccia_graphs::preset(FIRST).and_then(|preset| Document::parse(preset.ron).ok())?;
         // A step of its own: what was there before can be brought back.
         self.project.edit("Start with a picture", None, |state| *state = model::State::new(document));
         self.refresh();
         self.canvas.arrive();
         self.open.gallery = false;
-        if let Fate::Input(input) = self.fate(path, false) {
-            self.give(&input, path);
-        }
+        let Fate::Input(input) = self.fate(path, false, &BTreeSet::new()) else { return None };
+        self.give(&input, path);
+        Some(input.name)
     }
 
     /// A new node reads the file.
@@ -221,9 +228,10 @@ impl App {
             .order(egui::Order::Foreground);
         area.show(ctx, |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| {
+                let mut given = BTreeSet::new();
                 for (i, file) in hovering.iter().take(SHOWN).enumerate() {
                     match &file.path {
-                        Some(path) => ui.heading(self.told(path, i == 0)),
+                        Some(path) => ui.heading(self.told(path, i == 0, &mut given)),
                         // Not every system tells before the drop what it is about.
                         None => ui.heading("Drop a picture, a mesh, a graph or a bundle"),
                     };
@@ -236,9 +244,15 @@ impl App {
     }
 
     /// What dropping a file would do, in words.
-    fn told(&self, path: &Path, first: bool) -> String {
+    fn told(&self, path: &Path, first: bool, given: &mut BTreeSet<String>) -> String {
         let name = name_of(path);
-        match self.fate(path, first) {
+        let fate = self.fate(path, first, given);
+        if let Fate::Input(input) = &fate {
+            given.insert(input.name.clone());
+        }
+        match fate {
+            // What the graph that is begun by the first can take shows once it is there.
+            Fate::Start if !first => format!("and {name}"),
             Fate::Open => format!("Drop to open the graph {name}"),
             Fate::Import => format!("Drop to unpack and open {name}"),
             Fate::Selected(node, _) => format!("Drop to let {node} read {name}"),

@@ -16,9 +16,12 @@ pub(super) struct Ears(());
 impl Ears {
     /// Begins to listen. Where another log was set up nothing is heard, and only time tells.
     pub fn open() -> Self {
-        if log::set_logger(&Listener).is_ok() {
+        // The level first: another thread that finds the log set up must be heard already.
+        if log::max_level() < LevelFilter::Error {
             log::set_max_level(LevelFilter::Error);
         }
+        // Fails where it was set up before, by another dialog or another log.
+        let _ = log::set_logger(&Listener);
         HEARD.set(false);
         Self(())
     }

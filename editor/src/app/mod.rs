@@ -116,6 +116,8 @@ pub struct App {
     due: bool,
     /// What is baked in the graph that was asked for last.
     asked: Arc<Bakes>,
+    /// The graph that was asked for in full last; none of this document yet.
+    full: Option<Arc<breccia_engine::Graph>>,
     /// Whether all outputs were asked for.
     ran_all: bool,
     /// Whether a run goes on, by lane.
@@ -201,6 +203,7 @@ impl App {
             drafted: false,
             due: true,
             asked: Arc::default(),
+            full: None,
             ran_all: false,
             busy: [false; 2],
             watched: None,

@@ -8,7 +8,7 @@ use eframe::egui::{
 };
 
 use super::watch::Companions;
-use super::{After, App, Question};
+use super::{After, App};
 use crate::action::Action;
 use crate::canvas::Sight;
 use crate::command::Command;
@@ -24,7 +24,7 @@ impl App {
         self.take_answers(ctx);
         if ctx.input(|i| i.viewport().close_requested()) && !self.quitting && self.project.is_dirty() {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
-            self.question = Some(Question::Unsaved(After::Quit));
+            self.ask_to_save(After::Quit);
         }
         if ctx.input(|i| i.pointer.any_released()) && self.dragging {
             self.dragging = false;
@@ -359,13 +359,11 @@ impl App {
         let found = |output: Option<String>| output.and_then(|output| self.results.get(&output));
         let Companions { mesh, exemplar, inside } = self.companions();
         let coming = self.coming();
-        let scene = Scene {
-            main: found(self.watched.clone()),
-            mesh: found(mesh),
-            exemplar: found(exemplar),
-            inside: found(inside),
-            coming: coming.as_deref(),
-        };
+        let main = found(self.watched.clone());
+        // A mesh that is new is not filled with the solid that is on its way out, nor the other way round.
+        let inside = found(inside).filter(|inside| main.is_some_and(|main| main.stale == inside.stale));
+        let scene =
+            Scene { main, mesh: found(mesh), exemplar: found(exemplar), inside, coming: coming.as_deref() };
         let Some(viewport) = &mut self.viewport else { return };
         let asked = viewport.ui(ui, &scene);
         for action in asked {

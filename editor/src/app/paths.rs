@@ -23,9 +23,7 @@ impl PathSheet {
         let folder = folder.map(Path::to_owned).or_else(|| std::env::current_dir().ok()).unwrap_or_default();
         let name = match &want {
             Want::Save(name) | Want::Export(name) => name.clone(),
-            Want::Output(name, extensions) => {
-                format!("{name}.{}", extensions.first().map_or("bin", String::as_str))
-            }
+            Want::Output(output, extensions) => Want::name_of_result(output, extensions),
             Want::Made(files) => match files.as_slice() {
                 [(name, _)] => name.clone(),
                 _ => "turntable".to_owned(),

@@ -46,6 +46,20 @@ impl Want {
         matches!(self, Self::Save(_) | Self::Export(_) | Self::Output(..) | Self::Made(_))
     }
 
+    /// The names of the files, if they are several, which go into a folder.
+    pub fn several(&self) -> Option<impl Iterator<Item = &str>> {
+        match self {
+            Self::Made(files) if files.len() > 1 => Some(files.iter().map(|(name, _)| name.as_str())),
+            _ => None,
+        }
+    }
+
+    /// What the file of a result is called if nobody says otherwise.
+    pub fn name_of_result(output: &str, extensions: &[String]) -> String {
+        let name = output.rsplit(['/', '.']).next().unwrap_or("result");
+        format!("{name}.{}", extensions.first().map_or("bin", String::as_str))
+    }
+
     /// The path with the extension that somebody left out. Not every dialog adds one.
     pub fn complete(&self, path: &Path) -> PathBuf {
         let extension = match self {
@@ -117,15 +131,12 @@ impl Picker for NativePicker {
                     let extensions = if extensions.is_empty() { strings(&["*"]) } else { extensions.clone() };
                     dialog.set_title("Pick a file").add_filter("Files", &extensions).pick_file()
                 }
-                Want::Output(name, extensions) => {
+                Want::Output(output, extensions) => {
+                    let name = Want::name_of_result(output, extensions);
                     let dialog = extensions
                         .iter()
                         .fold(dialog, |dialog, e| dialog.add_filter(e.clone(), std::slice::from_ref(e)));
-                    let extension = extensions.first().map_or("bin", String::as_str);
-                    dialog
-                        .set_title("Export a result")
-                        .set_file_name(format!("{name}.{extension}"))
-                        .save_file()
+                    dialog.set_title("Export a result").set_file_name(name).save_file()
                 }
                 Want::Made(files) => match files.as_slice() {
                     [(name, _)] => dialog.set_title("Save").set_file_name(name).save_file(),

@@ -85,7 +85,12 @@ impl App {
         };
         self.drafted = self.dragging;
         self.asked = Arc::clone(&self.checked.bakes);
-        let graph = if self.dragging { Arc::new(draft(&graph)) } else { graph };
+        let graph = if self.dragging {
+            Arc::new(draft(&graph, self.full.as_deref()))
+        } else {
+            self.full = Some(Arc::clone(&graph));
+            graph
+        };
         let mut items = Vec::new();
         // A mesh is shown before the solid in it is there, which may take longer where the mesh was found on disk.
         let inside = self.companions().inside;

@@ -39,14 +39,15 @@ impl App {
         self.select_parts(made);
     }
 
-    /// Removes what is selected, as one step.
-    pub(super) fn delete_selected(&mut self, name: &str) {
-        let (at, Parts { nodes, frames }) = (self.address(), self.selected_parts());
-        let links: Vec<String> = self.selection.links.iter().cloned().collect();
+    /// Removes nodes and frames, and links with them, as one step.
+    pub(super) fn remove(&mut self, name: &str, Parts { nodes, frames }: &Parts, links: &[String]) {
+        let at = self.address();
         self.project.edit(name, None, |state| {
-            model::delete(state, &at, &nodes);
-            model::disconnect(state, &at, &links);
-            state.layout_mut(&at).frames.retain(|id, _| !frames.contains(id));
+            model::delete(state, &at, nodes);
+            model::disconnect(state, &at, links);
+            if let Some(layout) = state.layouts.get_mut(&at.text()) {
+                layout.frames.retain(|id, _| !frames.contains(id));
+            }
         });
     }
 

@@ -121,9 +121,9 @@ impl App {
 
     /// What goes with what is looked at.
     pub(super) fn companions(&self) -> Companions {
-        let Some(output) = self.watched.as_ref() else { return Companions::default() };
-        let inside = self.checked.bakes.inside(output).map(|bake| bake.solid.clone());
-        let Some(watched) = output.rsplit_once('.') else { return Companions::default() };
+        let Some(watched_output) = self.watched.as_ref() else { return Companions::default() };
+        let inside = self.checked.bakes.inside(watched_output).map(|bake| bake.solid.clone());
+        let Some(watched) = watched_output.rsplit_once('.') else { return Companions::default() };
         let document: &Document = &self.checked.included;
         let near = self.upstream([own(watched.0).to_owned()]);
         let all: Vec<String> = near.iter().chain(document.nodes.keys()).cloned().collect();
@@ -147,7 +147,11 @@ impl App {
         };
         let named = document.interface.inputs.get("exemplar").map(|input| vec![input.node.clone()]);
         let exemplar = named.and_then(|node| reader(&node, "image")).or_else(|| reader(&near, "image"));
-        Companions { mesh: reader(&all, "mesh"), exemplar, inside }
+        // A solid is shown on the mesh that it is baked into, since it is fitted as it is there.
+        let baked = self.checked.bakes.mesh_of(watched_output).and_then(|mesh| mesh.rsplit_once('.'));
+        let below = baked.map(|(node, _)| self.upstream([own(node).to_owned()])).unwrap_or_default();
+        let mesh = reader(&below, "mesh").or_else(|| reader(&all, "mesh"));
+        Companions { mesh, exemplar, inside }
     }
 }
 

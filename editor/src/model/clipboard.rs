@@ -113,12 +113,11 @@ fn paste_named(
         places.push((name.clone(), found));
         names.insert(old, name);
     }
-    for link in copied.document.links.iter().filter_map(|link| Link::parse(link)) {
+    for (old, link) in copied.document.links.iter().filter_map(|text| Some((text, Link::parse(text)?))) {
         if let (Some(from), Some(to)) = (names.get(&link.from_node), names.get(&link.to_node)) {
-            let old = link.to_string();
             let new = Link { from_node: from.clone(), to_node: to.clone(), ..link }.to_string();
             level.links.push(new.clone());
-            if let Some(points) = layout.bends.remove(&old) {
+            if let Some(points) = layout.bends.remove(old) {
                 bends.push((new, points.into_iter().map(moved).collect()));
             }
         }

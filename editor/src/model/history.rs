@@ -85,19 +85,26 @@ impl History {
     /// Changes all states that the steps lead through, of which `state` is the present one: where each step leads to is what it led to
     /// before, changed. Names and places of the steps stay.
     pub fn rewrite(&mut self, state: &State, change: impl Fn(&mut State)) {
-        let mut old = state.clone();
-        self.steps[..self.done].iter().rev().for_each(|step| step.diff.apply(&mut old, false));
         let changed = |state: &State| {
             let mut state = state.clone();
             change(&mut state);
             state
         };
-        let mut new = changed(&old);
-        for step in &mut self.steps {
-            step.diff.apply(&mut old, true);
-            let next = changed(&old);
-            step.diff = Diff::between(&new, &next);
-            new = next;
+        let (done, undone) = self.steps.split_at_mut(self.done);
+        // From the present outwards: these are the states that undo and redo come by, with what is no step of its own.
+        let (mut at, mut new) = (state.clone(), changed(state));
+        for step in done.iter_mut().rev() {
+            step.diff.apply(&mut at, false);
+            let before = changed(&at);
+            step.diff = Diff::between(&before, &new);
+            new = before;
+        }
+        let (mut at, mut new) = (state.clone(), changed(state));
+        for step in undone {
+            step.diff.apply(&mut at, true);
+            let after = changed(&at);
+            step.diff = Diff::between(&new, &after);
+            new = after;
         }
     }
 

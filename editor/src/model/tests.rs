@@ -313,6 +313,31 @@ fn a_change_of_all_steps_leaves_their_names_and_what_they_did() {
 }
 
 #[test]
+fn a_change_of_all_steps_keeps_places_that_are_no_step() {
+    let mut project = Project::new(State::default(), None, None);
+    let at = root();
+    let node = |state: &mut State| {
+        add_node(state, &root(), NodeEntry::new("solid.checker"), [5, 5]);
+    };
+    project.edit("Add", None, node);
+    // All is replaced by a document without places, which are found as no step of their own.
+    project.edit("Start", None, |state| *state = preset("lazy_mesh"));
+    project.settle(|state| arrange_missing(state, &at, &|_| [184, 120]));
+    let settled = project.state().clone();
+    let both = |name: &str| names(&[name]);
+    project.edit("Move", None, |state| move_by(state, &at, &both("slab"), &BTreeSet::new(), [7, 0]));
+    project.edit("Move", None, |state| move_by(state, &at, &both("jitter"), &BTreeSet::new(), [0, 7]));
+    let last = project.state().clone();
+    project.rewrite(|_| ());
+    project.undo();
+    project.undo();
+    assert_eq!(*project.state(), settled);
+    project.redo();
+    project.redo();
+    assert_eq!(*project.state(), last);
+}
+
+#[test]
 fn what_is_pasted_must_be_a_graph() {
     let mut state = State::default();
     assert!(paste(&mut state, &root(), "hello", [0, 0]).is_err());

@@ -66,10 +66,15 @@ impl Bakes {
         self.0.get(mesh)
     }
 
+    /// The first output that gives a mesh with this solid in it.
+    pub fn mesh_of(&self, solid: &str) -> Option<&str> {
+        self.0.iter().find(|(_, bake)| bake.solid == solid).map(|(mesh, _)| mesh.as_str())
+    }
+
     /// How what an output gives is fitted: a mesh with the solid in it, a solid with the first mesh that it is baked into.
     pub fn fit(&self, output: &str) -> Option<Fit> {
-        let into = || self.0.values().find(|bake| bake.solid == output);
-        self.inside(output).or_else(into).map(|bake| bake.fit)
+        let mesh = if self.0.contains_key(output) { output } else { self.mesh_of(output)? };
+        self.inside(mesh).map(|bake| bake.fit)
     }
 }
 

@@ -1,12 +1,19 @@
 //! A coarser graph for the time while something is dragged.
 
+use std::collections::BTreeSet;
+
 use breccia_engine::{Draft, Graph, ParamValue};
 
-/// The graph with those numbers divided that nodes say may be coarser in a draft.
-pub fn draft(graph: &Graph) -> Graph {
+/// The graph with those numbers divided that nodes say may be coarser in a draft: of nodes that differ from those in the graph that was
+/// computed in full last, and of those that hang on them. All others have their results already, which a draft would throw away.
+pub fn draft(graph: &Graph, last: Option<&Graph>) -> Graph {
+    let touched = last.map(|last| touched(graph, last));
     let mut coarse = graph.clone();
     let mut changes = Vec::new();
     for (node, spec) in graph.nodes() {
+        if touched.as_ref().is_some_and(|touched| !touched.contains(node)) {
+            continue;
+        }
         let Some(params) = graph.node_params(node) else { continue };
         for &Draft { param, divisor, least } in &spec.draft {
             let smaller = |n: i64| if n > least { (n / divisor).max(least) } else { n };
@@ -36,6 +43,20 @@ pub fn draft(graph: &Graph) -> Graph {
     coarse
 }
 
+/// The nodes whose parameters differ, and all that need them.
+fn touched<'a>(graph: &'a Graph, last: &Graph) -> BTreeSet<&'a str> {
+    let nodes = graph.nodes().map(|(node, _)| node);
+    let mut open: Vec<&str> =
+        nodes.filter(|node| graph.node_params(node) != last.node_params(node)).collect();
+    let mut found = BTreeSet::new();
+    while let Some(node) = open.pop() {
+        if found.insert(node) {
+            open.extend(graph.consumers(node));
+        }
+    }
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use breccia_engine::Document;
@@ -50,7 +71,7 @@ mod tests {
             let mut document = Document::parse(preset.ron).unwrap();
             document.include(std::path::Path::new(""), &breccia_graphs::Sources::default()).unwrap();
             let graph = Graph::new(&document, &registry).unwrap();
-            let coarse = draft(&graph);
+            let coarse = draft(&graph, None);
             for (node, spec) in graph.nodes() {
                 let (whole, less) = (graph.node_params(node).unwrap(), coarse.node_params(node).unwrap());
                 for (name, value) in whole {
@@ -73,5 +94,24 @@ mod tests {
             }
         }
         assert!(fewer > 10, "{fewer}");
+    }
+
+    #[test]
+    fn only_what_hangs_on_a_change_is_coarser() {
+        let registry = breccia_nodes::registry();
+        let document = Document::parse(breccia_graphs::preset("lazy_mesh").unwrap().ron).unwrap();
+        let last = Graph::new(&document, &registry).unwrap();
+        let int = |graph: &Graph, node: &str, param: &str| graph.node_params(node).unwrap()[param].clone();
+        let both = |graph: &Graph| (int(graph, "usage", "size"), int(graph, "bake", "texture_size"));
+        let (size, texels) = both(&last);
+        assert_eq!(both(&draft(&last, Some(&last))), (size.clone(), texels.clone()), "nothing changed");
+        let mut graph = last.clone();
+        graph.set_node_param("synthesis", "seed", &ParamValue::Int(7)).unwrap();
+        let (downstream, coarser) = both(&draft(&graph, Some(&last)));
+        assert!(downstream == size && coarser != texels);
+        let mut graph = last.clone();
+        graph.set_node_param("usage", "seed", &ParamValue::Int(7)).unwrap();
+        let (own, coarser) = both(&draft(&graph, Some(&last)));
+        assert!(own != size && coarser != texels);
     }
 }

@@ -109,6 +109,21 @@ fn of_several_files_each_gets_a_node_of_its_own() {
 }
 
 #[test]
+fn of_several_pictures_none_takes_the_place_of_another() {
+    let mut desk = still(None);
+    let png = asset("granite/color_128.png").expect("a picture");
+    let paths = ["one.png", "two.png"].map(|name| file(&desk, name, png));
+    for path in &paths {
+        desk.harness.input_mut().dropped_files.push(Arc::new(Dropped(path.clone())));
+    }
+    desk.frames(2);
+    let text = desk.app().project().state().document.to_ron();
+    for path in &paths {
+        assert!(text.contains(path.to_str().expect("a path")), "{path:?} is read by no node: {text}");
+    }
+}
+
+#[test]
 fn a_dialog_that_leaves_the_ending_out_replaces_nothing_unasked() {
     let mut desk = still(Some("lazy_slice"));
     let there = file(&desk, "there.ron", b"of somebody");

@@ -1,5 +1,6 @@
 //! The lazily synthesised solid: it computes the voxels asked for and those they depend on, nothing else.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use breccia_engine::{Data, Digest};
@@ -37,6 +38,8 @@ pub struct LazySolid {
     pub(super) digest: Digest,
     pub(super) taken: Option<(Taken, [Pixel; 3])>,
     cache: Mutex<Vec<Cache>>,
+    /// How many bricks the cache holds, to be told without waiting for it.
+    held: AtomicUsize,
 }
 
 /// Finished voxels of one level.
@@ -83,6 +86,7 @@ impl LazySolid {
             digest: hasher.finalize().into(),
             taken: None,
             cache: Mutex::new((0..levels).map(|_| Cache::default()).collect()),
+            held: AtomicUsize::new(0),
         }
     }
 
@@ -119,6 +123,7 @@ impl LazySolid {
     pub fn clear_cache(&self) {
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         cache.iter_mut().for_each(|level| *level = Cache::default());
+        self.held.store(0, Ordering::Relaxed);
     }
 
     pub(super) fn domain(&self, level: usize) -> Domain {
@@ -192,14 +197,15 @@ impl LazySolid {
         if held + set.brick_count() > CACHED_BRICKS {
             // Values are the same whenever they are computed, so dropping all of them changes nothing but time.
             cache.iter_mut().for_each(|level| *level = Cache::default());
+            self.held.store(0, Ordering::Relaxed);
         }
         if set.brick_count() > CACHED_BRICKS / 2 {
             return;
         }
-        let cache = &mut cache[level];
+        let level = &mut cache[level];
         for key in set.bricks() {
             let (Some(mask), Some(brick)) = (set.mask(key), field.brick(key)) else { continue };
-            match cache.bricks.entry(key) {
+            match level.bricks.entry(key) {
                 std::collections::hash_map::Entry::Occupied(mut entry) => {
                     let mut merged = (**entry.get()).clone();
                     merged.copy_masked(brick, mask);
@@ -209,8 +215,9 @@ impl LazySolid {
                     entry.insert(Arc::new(brick.clone()));
                 }
             }
-            cache.known.insert_mask(key, mask);
+            level.known.insert_mask(key, mask);
         }
+        self.held.store(cache.iter().map(|level| level.bricks.len()).sum(), Ordering::Relaxed);
     }
 
     /// What a level must compute where another solid has some of the voxels; all of what is needed is known to `free` then.
@@ -459,8 +466,6 @@ impl Solid for LazySolid {
 
     /// The tables, and the finished bricks that are kept: it grows as voxels are asked for.
     fn byte_size(&self) -> u64 {
-        let cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
-        let bricks: usize = cache.iter().map(|level| level.bricks.len()).sum();
-        self.tables.byte_size() + (bricks * size_of::<Brick>()) as u64
+        self.tables.byte_size() + (self.held.load(Ordering::Relaxed) * size_of::<Brick>()) as u64
     }
 }
