@@ -110,7 +110,7 @@ mod tests {
         let (downstream, coarser) = both(&draft(&graph, Some(&last)));
         assert!(downstream == size && coarser != texels);
         let mut graph = last.clone();
-        graph.set_node_param("usage", "seed", &ParamValue::Int(7)).unwrap();
+        graph.set_node_param("usage", "rounds", &ParamValue::Int(2)).unwrap();
         let (own, coarser) = both(&draft(&graph, Some(&last)));
         assert!(own != size && coarser != texels);
     }
