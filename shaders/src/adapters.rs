@@ -1,5 +1,7 @@
 //! The adapters of a machine, and which of them is used.
 
+use std::sync::OnceLock;
+
 use wgpu::{Adapter, Backend, Backends, DeviceType, Instance, InstanceDescriptor};
 
 use crate::GpuError;
@@ -50,7 +52,16 @@ pub struct AdapterReport {
 pub(crate) fn instance() -> Instance {
     let mut descriptor = InstanceDescriptor::new_without_display_handle();
     descriptor.backends = BACKENDS;
-    Instance::new(descriptor)
+    let instance = Instance::new(descriptor);
+    keep_driver(&instance);
+    instance
+}
+
+/// Keeps the drivers that an instance has loaded until the program has ended. A driver leaves functions to be called at the end of the
+/// program; with its last instance it is unloaded, and calling them is a crash after all work is done.
+pub fn keep_driver(instance: &Instance) {
+    static KEPT: OnceLock<Instance> = OnceLock::new();
+    KEPT.get_or_init(|| instance.clone());
 }
 
 pub(crate) fn list(instance: &Instance) -> Vec<Adapter> {

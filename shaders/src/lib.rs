@@ -22,7 +22,7 @@ pub mod testing;
 #[cfg(test)]
 mod tests;
 
-pub use adapters::{AdapterKind, AdapterReport, adapters};
+pub use adapters::{AdapterKind, AdapterReport, adapters, keep_driver};
 pub use batch::{Batch, Groups};
 pub use buffer::Buffer;
 pub use compose::{Composed, compose};

@@ -51,6 +51,7 @@ pub(super) fn share(render: &RenderState, settings: &Settings) -> Arc<Gpu> {
         submission: Duration::from_millis(8),
         ..GpuSettings::default()
     };
+    breccia_shaders::keep_driver(&render.instance);
     Arc::new(Gpu::from_window(&render.adapter, render.device.clone(), render.queue.clone(), settings))
 }
 
