@@ -6,6 +6,7 @@ use breccia_engine::{Document, ParamKind, ParamValue};
 
 use super::App;
 use crate::action::Pin;
+use crate::model::reach;
 
 /// Types that are worth looking at, the best first.
 const TYPES: [&str; 5] = ["solid", "mesh", "volume", "image", "exemplar"];
@@ -105,18 +106,9 @@ impl App {
 
     /// Nodes and all that they need, nearest first; of the document's own graph.
     fn upstream(&self, nodes: impl IntoIterator<Item = String>) -> Vec<String> {
-        let mut found: Vec<String> = nodes.into_iter().collect();
-        let mut seen: BTreeSet<String> = found.iter().cloned().collect();
-        let mut next = 0;
-        while let Some(node) = found.get(next).cloned() {
-            next += 1;
-            for needed in self.checked.needs.get(&node).into_iter().flatten() {
-                if seen.insert(needed.clone()) {
-                    found.push(needed.clone());
-                }
-            }
-        }
-        found
+        let nodes: Vec<String> = nodes.into_iter().collect();
+        let needs = |node| self.checked.needs.get(node).into_iter().flatten().map(String::as_str);
+        reach(nodes.iter().map(String::as_str), needs).into_iter().map(str::to_owned).collect()
     }
 
     /// What goes with what is looked at.

@@ -6,6 +6,7 @@ use breccia_engine::{Arity, Interface, InterfaceOutput, Link, NodeEntry, NodeMod
 
 use super::layout::{Frame, Place};
 use super::level::{Address, LevelMut};
+use super::reach::reach;
 use super::shape::{Shape, Socket};
 use super::state::State;
 
@@ -65,20 +66,12 @@ pub fn compatible(registry: &Registry, from: &Socket, to: &Socket) -> Result<(),
 
 /// Whether one node is needed to compute another.
 fn leads(links: &[String], from: &str, to: &str) -> bool {
-    let mut next: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for link in links.iter().filter_map(|link| Link::parse(link)) {
-        next.entry(link.from_node).or_default().push(link.to_node);
+    let links: Vec<Link> = links.iter().filter_map(|link| Link::parse(link)).collect();
+    let mut next: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for link in &links {
+        next.entry(&link.from_node).or_default().push(&link.to_node);
     }
-    let (mut seen, mut open) = (BTreeSet::new(), vec![from.to_owned()]);
-    while let Some(node) = open.pop() {
-        if node == to {
-            return true;
-        }
-        if seen.insert(node.clone()) {
-            open.extend(next.get(&node).into_iter().flatten().cloned());
-        }
-    }
-    false
+    reach([from], |node| next.get(node).into_iter().flatten().copied()).contains(&to)
 }
 
 /// Makes a link; what the input took before gives way if it takes only one.

@@ -12,6 +12,7 @@ mod layout;
 mod level;
 mod params;
 mod project;
+mod reach;
 mod shape;
 mod state;
 
@@ -27,6 +28,7 @@ pub use layout::{Frame, Layout, Place};
 pub use level::{Address, Crumb, Level, Trail, free_group_name};
 pub use params::{Exposure, expose, exposure, link_param, set_param, unexpose};
 pub use project::{Project, text_of};
+pub use reach::reach;
 pub use shape::{ParamShape, Shape, Socket, shape_of};
 pub use state::State;
 

@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 
 use breccia_engine::{Draft, Graph, ParamValue};
 
+use crate::model::reach;
+
 /// The graph with those numbers divided that nodes say may be coarser in a draft: of nodes that differ from those in the graph that was
 /// computed in full last, and of those that hang on them. All others have their results already, which a draft would throw away.
 pub fn draft(graph: &Graph, last: Option<&Graph>) -> Graph {
@@ -46,15 +48,8 @@ pub fn draft(graph: &Graph, last: Option<&Graph>) -> Graph {
 /// The nodes whose parameters differ, and all that need them.
 fn touched<'a>(graph: &'a Graph, last: &Graph) -> BTreeSet<&'a str> {
     let nodes = graph.nodes().map(|(node, _)| node);
-    let mut open: Vec<&str> =
-        nodes.filter(|node| graph.node_params(node) != last.node_params(node)).collect();
-    let mut found = BTreeSet::new();
-    while let Some(node) = open.pop() {
-        if found.insert(node) {
-            open.extend(graph.consumers(node));
-        }
-    }
-    found
+    let differ = nodes.filter(|node| graph.node_params(node) != last.node_params(node));
+    reach(differ, |node| graph.consumers(node)).into_iter().collect()
 }
 
 #[cfg(test)]
