@@ -4,7 +4,7 @@
 //! ```sh
 //! cargo run --release -p breccia-editor --example measure -- frames
 //! cargo run --release -p breccia-editor --example measure -- latency
-//! cargo run --release -p breccia-editor --example measure -- endurance 600 1024
+//! cargo run --release -p breccia-editor --example measure -- endurance 600 2048
 //! ```
 
 #![allow(clippy::print_stdout, reason = "it prints what it measured")]
@@ -28,8 +28,8 @@ impl Picker for Nobody {
     }
 }
 
-/// Mebibytes of results that are kept if nothing else is said.
-const MEMORY: u64 = 1024;
+/// Mebibytes of memory that the program may take if nothing else is said.
+const MEMORY: u64 = 2048;
 
 fn open(graph: Option<&str>, drawn: bool, memory: u64) -> Harness<'static, Window> {
     let settings = Settings { cache: None, state: None, memory: memory << 20, ..Settings::default() };

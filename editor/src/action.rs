@@ -51,7 +51,14 @@ pub enum Joint {
     /// A socket whose link was dropped.
     Pin(Pin),
     /// Two sockets of different types, with the node between them.
-    Between(Pin, Pin),
+    Between {
+        /// The output.
+        from: Pin,
+        /// The input.
+        to: Pin,
+        /// The link that this comes in the place of.
+        instead: Option<String>,
+    },
     /// A link, by its text.
     Link(String),
 }
@@ -83,7 +90,16 @@ pub enum Action {
     Connect(Pin, Pin),
     /// Remove links.
     Disconnect(Vec<String>),
-    /// Pick up a link at its end: it goes until it is put down again.
+    /// Put one end of a link elsewhere.
+    Reconnect {
+        /// The link as it was.
+        link: String,
+        /// Where it comes from.
+        from: Pin,
+        /// Where it goes now.
+        to: Pin,
+    },
+    /// Select these, and nothing else.
     Select(Selection),
     /// Move what is selected.
     Move([i32; 2]),

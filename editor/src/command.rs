@@ -116,8 +116,8 @@ commands! {
     FocusInspector, "View", "Go to the inspector", key(Key::F8), "Gives the keyboard to the first control of the inspector; Tab goes on from there, Escape comes back.";
     Viewport, "View", "Viewport", key(Key::F10), "Shows or hides the viewport.";
     Theme, "View", "Light or dark", None, "Goes from the light to the dark theme and back.";
-    Larger, "View", "Larger controls", ctrl_shift(Key::Plus), "Makes text and controls larger.";
-    Smaller, "View", "Smaller controls", ctrl_shift(Key::Minus), "Makes text and controls smaller.";
+    Larger, "View", "Larger controls", ctrl(Key::Period), "Makes text and controls larger.";
+    Smaller, "View", "Smaller controls", ctrl(Key::Comma), "Makes text and controls smaller.";
 
     Commands, "Help", "Find command…", ctrl_shift(Key::P), "Finds anything on this sheet by its name.";
     Shortcuts, "Help", "Shortcuts", key(Key::F1), "All commands with their keys.";

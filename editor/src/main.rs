@@ -19,8 +19,8 @@ struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: u16,
 
-    /// Mebibytes of results that are kept in memory
-    #[arg(long, value_name = "MIB", default_value_t = 1024)]
+    /// Mebibytes of memory that the program may take; results are kept in what the rest of it leaves
+    #[arg(long, value_name = "MIB", default_value_t = 2048)]
     memory: u64,
 
     /// Folder of the disk cache [default: breccia in the user's cache folder]

@@ -115,7 +115,7 @@ pub fn fitting(
             let sockets = if pin.output { &shape.inputs } else { &shape.outputs };
             from.ty.is_empty() || sockets.iter().any(|to| to.ty == from.ty)
         }),
-        Joint::Between(output, input) => socket(output).zip(socket(input)).is_some_and(|(from, to)| {
+        Joint::Between { from, to, .. } => socket(from).zip(socket(to)).is_some_and(|(from, to)| {
             shape.inputs.iter().any(|s| s.ty == from.ty) && shape.outputs.iter().any(|s| s.ty == to.ty)
         }),
         Joint::Link(_) => true,

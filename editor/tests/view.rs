@@ -57,6 +57,7 @@ fn window(main: Value, mesh: Option<Value>, exemplar: Option<Value>) -> Option<W
     let draw = |ui: &mut egui::Ui, state: &mut State| {
         let (main, mesh) = (state.main.as_ref(), state.mesh.as_ref());
         let (exemplar, inside) = (state.exemplar.as_ref(), state.inside.as_ref());
+        state.actions.extend(state.viewport.go_on(ui.ctx()));
         state
             .actions
             .extend(state.viewport.ui(ui, &Scene { main, mesh, exemplar, inside, coming: state.coming }));
@@ -453,4 +454,28 @@ fn a_screenshot_is_a_picture_of_the_object() {
     });
     let picture = image::load_from_memory(&saved.unwrap().1).unwrap().to_rgba8();
     assert!(colors(&picture) > 3);
+}
+
+#[test]
+fn a_screenshot_puts_no_end_to_a_turntable() {
+    let Some(mut window) = window(spot(), None, None) else { return };
+    settle(&mut window);
+    for name in ["Turntable (GIF)", "Screenshot (PNG)"] {
+        window.get_by_label("Export").click();
+        window.run_steps(2);
+        window.get_by_label(name).click();
+        window.run_steps(2);
+    }
+    settle(&mut window);
+    let mut saved: Vec<_> = window
+        .state()
+        .actions
+        .iter()
+        .filter_map(|action| match action {
+            ViewAction::Save { files, .. } => files.first().map(|(name, _)| name.as_str()),
+            ViewAction::Say(_) => None,
+        })
+        .collect();
+    saved.sort_unstable();
+    assert_eq!(saved, ["screenshot.png", "turntable.gif"]);
 }

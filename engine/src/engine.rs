@@ -68,7 +68,7 @@ impl EngineBuilder {
         self
     }
 
-    /// Bytes of values kept in memory beyond those in use; 2 GiB by default.
+    /// Bytes of values kept in memory, 2 GiB by default. Values in use count, but stay.
     pub fn memory(mut self, bytes: u64) -> Self {
         self.memory = bytes;
         self
@@ -216,6 +216,12 @@ impl Engine {
     /// Number and bytes of the values in memory.
     pub fn memory_usage(&self) -> (usize, u64) {
         self.0.cache.memory_usage()
+    }
+
+    /// Keeps values up to another number of bytes in memory from now on. What is too much goes at once, least recently used first;
+    /// values in use count, but stay.
+    pub fn set_memory(&self, bytes: u64) {
+        self.0.cache.set_memory(bytes);
     }
 
     /// Lets go of everything kept in memory.

@@ -31,7 +31,7 @@ impl App {
     /// What was asked for about a document that is not open any more is not done to the next one.
     pub(super) fn forget_asked(&mut self) {
         self.picking.retain(|picked| !picked.want.is_about_the_document());
-        self.path_sheet = self.path_sheet.take().filter(|sheet| !sheet.want().is_about_the_document());
+        self.path_sheets.retain(|sheet| !sheet.want().is_about_the_document());
         self.replacing = None;
         self.question = None;
         self.then = None;
@@ -44,43 +44,63 @@ impl App {
         self.question = Some(Question::Unsaved(after));
     }
 
-    /// Takes in the answers of dialogs and of files that were being written.
+    /// Takes in the answers of dialogs and of files that were being written. What would ask something waits while another question stands.
     pub(super) fn take_answers(&mut self, ctx: &Context) {
-        let mut answered = Vec::new();
-        self.picking.retain(|picked| match picked.answer.try_recv() {
-            Ok(answer) => {
-                answered.push((picked.want.clone(), answer, picked.asked.elapsed()));
-                false
-            }
-            Err(TryRecvError::Empty) => true,
-            Err(TryRecvError::Disconnected) => {
-                answered.push((picked.want.clone(), None, Duration::ZERO));
-                false
-            }
-        });
-        for (want, path, after) in answered {
+        while self.replacing.is_none() {
+            let Some((want, path, after)) = self.next_answer() else { break };
             match path {
                 // The dialog asked whether this file may be replaced, not the one that its name stands for, nor those in a folder.
                 Some(path) if want.complete(&path) != path || want.several().is_some() => {
                     self.answer_carefully(want, &path, ctx)
                 }
                 Some(path) => self.answer(want, path, ctx),
+                // One path at a time: what stands there already is typed first.
                 None if after < NO_DIALOG => {
-                    self.path_sheet = Some(PathSheet::new(want, self.project.folder()));
+                    if self.path_sheets.iter().all(|sheet| *sheet.want() != want) {
+                        self.path_sheets.push_back(PathSheet::new(want, self.project.folder()));
+                    }
                 }
-                None => self.then = None,
+                None => self.not_answered(&want),
             }
         }
-        let done: Vec<Done> = self.working.iter().filter_map(|receiver| receiver.try_recv().ok()).collect();
-        self.working.retain(|receiver| !matches!(receiver.try_recv(), Err(TryRecvError::Disconnected)));
-        for done in done {
+        let done = &mut self.done;
+        self.working.retain(|receiver| match receiver.try_recv() {
+            Ok(found) => {
+                done.push(found);
+                false
+            }
+            Err(error) => error == TryRecvError::Empty,
+        });
+        for done in std::mem::take(&mut self.done) {
             match done {
                 Done::Say(text) => self.say(text),
-                Done::Open(path) => self.open_path(&path),
+                Done::Open(..) if self.question.is_some() => self.done.push(done),
+                Done::Open(path, open) if open == self.what_is_open() => self.open_path(&path),
+                // Somebody went on working meanwhile.
+                Done::Open(path, _) => self.leave_document(After::Open(path), ctx),
             }
         }
         if !self.picking.is_empty() || !self.working.is_empty() {
             ctx.request_repaint_after(Duration::from_millis(100));
+        }
+    }
+
+    /// The next answer of a dialog, with how long it took.
+    fn next_answer(&mut self) -> Option<(Want, Option<PathBuf>, Duration)> {
+        let (at, path, after) =
+            self.picking.iter().enumerate().find_map(|(at, picked)| match picked.answer.try_recv() {
+                Ok(path) => Some((at, path, picked.asked.elapsed())),
+                Err(TryRecvError::Empty) => None,
+                Err(TryRecvError::Disconnected) => Some((at, None, Duration::ZERO)),
+            })?;
+        Some((self.picking.remove(at).want, path, after))
+    }
+
+    /// The user picked no path.
+    pub(super) fn not_answered(&mut self, want: &Want) {
+        if matches!(want, Want::Save(_)) {
+            // What was to come after saving would lose work.
+            self.then = None;
         }
     }
 

@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
-use eframe::egui::{self, Align, Context, Layout, Panel, RichText, ScrollArea, Ui, WidgetInfo, WidgetType};
+use eframe::egui::{
+    self, Align, Context, Layout, Panel, Response, RichText, ScrollArea, Ui, WidgetInfo, WidgetType,
+};
 
-use super::{App, Question};
+use super::{App, Appearing, Question};
 use crate::action::Action;
 use crate::command::Command;
 
@@ -67,7 +69,7 @@ impl App {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let (values, bytes) = self.runner.engine().memory_usage();
                 ui.weak(format!("{values} results, {}", crate::canvas::bytes(bytes)))
-                    .on_hover_text("Results that are kept in memory");
+                    .on_hover_text(self.told_of_memory());
                 if let Some(device) = &self.board.device {
                     ui.weak("device").on_hover_text(device);
                 }
@@ -75,9 +77,33 @@ impl App {
         });
     }
 
+    /// What of memory the program takes, and results may take.
+    fn told_of_memory(&self) -> String {
+        let [resident, total] = self.budget.usage();
+        let total = crate::canvas::bytes(total);
+        let now = if resident > 0 {
+            format!("; now it takes {} in all", crate::canvas::bytes(resident))
+        } else {
+            String::new()
+        };
+        format!(
+            "Results that are kept in memory: they have what the rest of the program leaves of {total}{now}"
+        )
+    }
+
     /// Questions. They stand above the canvas and keep nobody from going on.
     pub(super) fn notices(&mut self, ui: &mut Ui, actions: &mut Vec<Action>, ctx: &Context) {
+        // A file that changes by itself takes the keyboard from nobody, and no question from who is typing.
+        let asks = self.question.as_ref().is_some_and(|question| *question != Question::Changed);
+        let fresh = self.open.appears(Appearing::Question, asks) && !ctx.text_edit_focused();
         let Some(question) = self.question.clone() else { return };
+        // The answer that the keyboard goes to first does nothing: a key that is held a little too long, or meant for something else, does no harm.
+        let harmless = |response: Response| {
+            if fresh {
+                response.request_focus();
+            }
+            response.clicked()
+        };
         Panel::top("question").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| match question {
                 Question::Unsaved(after) => {
@@ -100,8 +126,8 @@ impl App {
                         self.question = None;
                         self.go_on(after, ctx);
                     }
-                    if ui.button("Stay").clicked() {
-                        self.question = None;
+                    if harmless(ui.button("Stay")) {
+                        self.stay();
                     }
                 }
                 Question::Replace(path) => {
@@ -114,10 +140,8 @@ impl App {
                             self.answer(want, path, ctx);
                         }
                     }
-                    if ui.button("Leave it").clicked() {
-                        self.question = None;
-                        self.replacing = None;
-                        self.then = None;
+                    if harmless(ui.button("Leave it")) {
+                        self.stay();
                     }
                 }
                 Question::Changed => {
@@ -133,6 +157,14 @@ impl App {
                 }
             });
         });
+    }
+
+    /// Does nothing of what a question is about.
+    pub(super) fn stay(&mut self) {
+        self.question = self.question.take().filter(|question| *question == Question::Changed);
+        if let Some((want, _)) = self.replacing.take() {
+            self.not_answered(&want);
+        }
     }
 
     pub(super) fn problems(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {

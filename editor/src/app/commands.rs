@@ -120,8 +120,8 @@ impl App {
             }
             Command::Group => {
                 let shapes = self.shapes.clone();
-                let made = self.project.edit("Group", None, |state| {
-                    model::group(state, &at, &nodes, &|name| shapes.get(name).cloned())
+                let made = self.place("Group", |state, size| {
+                    model::group(state, &at, &nodes, &|name| shapes.get(name).cloned(), size)
                 });
                 match made {
                     Some(name) => self.selection = Selection::node(name),

@@ -9,12 +9,20 @@ use super::{After, App, Question, Want};
 use crate::files::{rebase, write_whole};
 use crate::model::{Project, State, text_of};
 
+/// A document in one of its states.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) struct Open {
+    /// How many documents were opened before.
+    document: u64,
+    revision: u64,
+}
+
 /// What came of work on files.
 pub(super) enum Done {
     /// Something to say.
     Say(String),
-    /// A graph to open.
-    Open(PathBuf),
+    /// A graph to open, and what was open when it was asked for.
+    Open(PathBuf, Open),
 }
 
 impl App {
@@ -48,6 +56,7 @@ impl App {
     fn show(&mut self, project: Project) {
         self.stop();
         self.memory.closed();
+        self.documents += 1;
         self.project = project;
         self.trail = Default::default();
         self.selection = Default::default();
@@ -171,7 +180,7 @@ impl App {
         match write_whole(&path, text.as_bytes()) {
             Ok(()) => {
                 if from.as_deref() != to {
-                    self.project.rewrite(rebased);
+                    self.project.rewrite_files(rebased);
                 }
                 self.project.saved(&path);
                 self.memory.saved();
@@ -251,8 +260,14 @@ impl App {
         self.working.push(receiver);
     }
 
+    /// What is open, to be compared with what is open later.
+    pub(super) fn what_is_open(&self) -> Open {
+        Open { document: self.documents, revision: self.project.revision() }
+    }
+
     fn import(&mut self, path: &Path) {
         let path = path.to_owned();
+        let open = self.what_is_open();
         self.say(format!("Unpacking {}", path.display()));
         self.work(move || {
             let read = std::fs::read(&path).map_err(|error| error.to_string());
@@ -260,7 +275,7 @@ impl App {
             match read.and_then(|bytes| {
                 crate::files::bundle::import(&bytes, &into).map_err(|error| error.to_string())
             }) {
-                Ok(graph) => Done::Open(graph),
+                Ok(graph) => Done::Open(graph, open),
                 Err(reason) => Done::Say(format!("{} cannot be unpacked: {reason}", path.display())),
             }
         });

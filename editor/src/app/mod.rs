@@ -18,7 +18,7 @@ mod sheets;
 mod start;
 mod watch;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -33,7 +33,7 @@ use crate::action::{Action, Selection};
 use crate::canvas::Canvas;
 use crate::model::{Project, Shape, Trail};
 use crate::palette::Palette;
-use crate::run::{Bakes, Board, Checked, Runner};
+use crate::run::{Bakes, Board, Checked, MemoryBudget, Runner};
 use crate::view::{Subject, Viewport};
 
 pub use picker::{NativePicker, Picked, Picker, Want};
@@ -73,6 +73,30 @@ struct Open {
     viewport: bool,
     /// What can be recovered is left for later.
     later: bool,
+    /// For how many frames what takes the keyboard has been there, up to [`FOCUS`].
+    there: [u8; 4],
+}
+
+/// What takes the keyboard when it appears, so that no mouse is needed to answer it.
+#[derive(Clone, Copy)]
+enum Appearing {
+    Question,
+    Gallery,
+    Recovery,
+    Tour,
+}
+
+/// In how many frames something that appears takes the keyboard: the first one of a window only finds out its size.
+const FOCUS: u8 = 2;
+
+impl Open {
+    /// Notes whether something is there. Returns whether it has just appeared.
+    fn appears(&mut self, what: Appearing, is_there: bool) -> bool {
+        let frames = &mut self.there[what as usize];
+        let is_fresh = is_there && *frames < FOCUS;
+        *frames = if is_there { FOCUS.min(*frames + 1) } else { 0 };
+        is_fresh
+    }
 }
 
 /// The application.
@@ -80,7 +104,10 @@ pub struct App {
     registry: Arc<Registry>,
     files: Arc<Sources>,
     runner: Runner,
+    budget: MemoryBudget,
     project: Project,
+    /// How many documents were opened before this one.
+    documents: u64,
     trail: Trail,
     selection: Selection,
 
@@ -102,7 +129,7 @@ pub struct App {
     question: Option<Question>,
     picker: Box<dyn Picker>,
     picking: Vec<Picked>,
-    path_sheet: Option<paths::PathSheet>,
+    path_sheets: VecDeque<paths::PathSheet>,
     /// What is written once it may replace the file that is there.
     replacing: Option<(Want, PathBuf)>,
 
@@ -132,6 +159,8 @@ pub struct App {
     copied: Option<String>,
     library: crate::files::Library,
     memory: memory::Memory,
+    /// What came of work on files and waits for a question to be answered.
+    done: Vec<documents::Done>,
     /// Work on files that goes on, and what comes of it.
     working: Vec<std::sync::mpsc::Receiver<documents::Done>>,
     /// What was asked for before the document is saved.
@@ -154,12 +183,14 @@ impl App {
         picker: Box<dyn Picker>,
     ) -> Result<Self, StartError> {
         crate::theme::install(ctx);
+        // Plus and minus are the canvas's; controls have keys of their own.
+        ctx.options_mut(|options| options.zoom_with_keyboard = false);
         let registry = Arc::new(breccia_nodes::registry());
         let files = Arc::new(Sources::default());
         let gpu = render.map(|render| start::share(render, &settings));
         let mut builder = Engine::builder()
             .threads(settings.threads)
-            .memory(settings.memory)
+            .memory(MemoryBudget::at_first(settings.memory))
             .cache_dir(settings.cache.clone())
             .files(Arc::clone(&files) as _)
             .device(DeviceChoice::Auto)
@@ -168,6 +199,7 @@ impl App {
             builder = builder.compute(Box::new(move || Ok(Arc::new(GpuDevice(Gpu::clone(&gpu))))));
         }
         let engine = builder.build(Arc::clone(&registry))?;
+        let budget = MemoryBudget::new(settings.memory, engine.clone())?;
         let waker = ctx.clone();
         let runner = Runner::new(engine, Arc::new(move || waker.request_repaint()));
         let project = Project::new(Default::default(), None, None);
@@ -182,7 +214,9 @@ impl App {
             registry,
             files,
             runner,
+            budget,
             project,
+            documents: 0,
             trail: Trail::default(),
             selection: Selection::default(),
             checked,
@@ -196,7 +230,7 @@ impl App {
             question: None,
             picker,
             picking: Vec::new(),
-            path_sheet: None,
+            path_sheets: VecDeque::new(),
             replacing: None,
             board: Board::default(),
             dragging: false,
@@ -213,6 +247,7 @@ impl App {
             copied: None,
             library,
             memory,
+            done: Vec::new(),
             working: Vec::new(),
             then: None,
             title: String::new(),
@@ -233,6 +268,7 @@ impl App {
         for action in actions {
             self.perform(action, &ctx);
         }
+        self.end_drag(&ctx);
         self.refresh();
         self.run_if_due(&ctx);
         self.after(&ctx);

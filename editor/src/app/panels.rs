@@ -26,6 +26,10 @@ impl App {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
             self.ask_to_save(After::Quit);
         }
+    }
+
+    /// Ends a drag whose button was let go of, after what this frame brought has been done.
+    pub(super) fn end_drag(&mut self, ctx: &Context) {
         if ctx.input(|i| i.pointer.any_released()) && self.dragging {
             self.dragging = false;
             self.project.seal();
@@ -54,7 +58,10 @@ impl App {
             return actions;
         }
         // Before the key means anything else.
-        if self.path_sheet.is_some() && ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::Escape)) {
+        if !self.path_sheets.is_empty()
+            && self.replacing.is_none()
+            && ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::Escape))
+        {
             self.give_up_path();
         }
         let typing = ctx.text_edit_focused();
@@ -98,6 +105,10 @@ impl App {
         if !typing && ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::Y)) {
             actions.push(Action::Command(Command::Redo));
         }
+        // Where plus is the upper sign of a key it is meant without Shift as well.
+        if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::Equals)) {
+            actions.push(Action::Command(Command::ZoomIn));
+        }
         if !typing && ctx.memory(|m| m.focused()).is_none() && !self.selection.is_empty() {
             let arrows = [
                 (Key::ArrowLeft, [-10, 0]),
@@ -119,6 +130,8 @@ impl App {
             self.open.shortcuts = false;
             self.open.tour = false;
             self.open.gallery = false;
+            self.open.later = true;
+            self.stay();
         }
         actions
     }
@@ -145,6 +158,10 @@ impl App {
             panel.show(ui, |ui| {
                 ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.inspect(ui, actions));
             });
+        }
+        if let Some(viewport) = &mut self.viewport {
+            let saved = viewport.go_on(&ctx);
+            self.take_from_viewport(saved, actions);
         }
         if self.open.viewport && self.viewport.is_some() {
             let panel = Panel::right("viewport")
@@ -366,6 +383,10 @@ impl App {
             Scene { main, mesh: found(mesh), exemplar: found(exemplar), inside, coming: coming.as_deref() };
         let Some(viewport) = &mut self.viewport else { return };
         let asked = viewport.ui(ui, &scene);
+        self.take_from_viewport(asked, actions);
+    }
+
+    fn take_from_viewport(&mut self, asked: Vec<ViewAction>, actions: &mut Vec<Action>) {
         for action in asked {
             match action {
                 ViewAction::Save { files, .. } => self.want(super::Want::Made(files)),

@@ -54,7 +54,8 @@ impl PathSheet {
 impl App {
     /// Draws the question for a path, if there is one.
     pub(super) fn path_sheet(&mut self, ctx: &Context) {
-        let Some(sheet) = &mut self.path_sheet else { return };
+        // One question after the other: the last path may have to be asked about first.
+        let Some(sheet) = self.path_sheets.front_mut().filter(|_| self.replacing.is_none()) else { return };
         let (mut open, mut done, mut cancelled) = (true, false, false);
         let window =
             egui::Window::new(sheet.title()).id(egui::Id::new("path")).collapsible(false).resizable(false);
@@ -72,7 +73,7 @@ impl App {
             });
         });
         if done {
-            if let Some(sheet) = self.path_sheet.take() {
+            if let Some(sheet) = self.path_sheets.pop_front() {
                 self.answer_carefully(sheet.want, Path::new(&sheet.text), ctx);
             }
         } else if !open || cancelled {
@@ -82,7 +83,8 @@ impl App {
 
     /// The user thought better of it.
     pub(super) fn give_up_path(&mut self) {
-        self.path_sheet = None;
-        self.then = None;
+        if let Some(sheet) = self.path_sheets.pop_front() {
+            self.not_answered(&sheet.want);
+        }
     }
 }

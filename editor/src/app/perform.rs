@@ -10,6 +10,7 @@ use crate::action::{Action, Joint, Kind, Pin, Selection};
 use crate::canvas::size_of;
 use crate::model::{self, Refusal, Shape};
 use crate::palette::{self, Palette};
+use crate::view::Subject;
 
 impl App {
     /// Does one thing.
@@ -24,7 +25,8 @@ impl App {
                 self.selection = selection;
             }
             Action::Add { kind, at: place, joint } => self.add(&kind, place, joint, ctx),
-            Action::Connect(from, to) => self.connect(&from, &to),
+            Action::Connect(from, to) => self.connect(&from, &to, None),
+            Action::Reconnect { link, from, to } => self.connect(&from, &to, Some(&link)),
             Action::Disconnect(links) => {
                 self.project.edit("Disconnect", None, |state| model::disconnect(state, &at, &links))
             }
@@ -113,7 +115,12 @@ impl App {
         if let Some(watched) = &mut self.watched {
             let rest = watched.strip_prefix(from).filter(|rest| rest.starts_with(['.', '/', '[']));
             if let Some(rest) = rest.map(str::to_owned) {
-                *watched = format!("{to}{rest}");
+                let old = std::mem::replace(watched, format!("{to}{rest}"));
+                // A node that is off gives no other result.
+                if let Some(subject) = self.results.remove(&old) {
+                    let label = watched.clone();
+                    self.results.insert(label.clone(), Subject { label, ..subject });
+                }
             }
         }
     }
@@ -125,6 +132,10 @@ impl App {
             return;
         };
         let links = joint.as_ref().map(|joint| self.joints(joint));
+        let instead = match joint {
+            Some(Joint::Between { instead, .. }) => instead,
+            _ => None,
+        };
         let preset = match kind {
             Kind::Preset(name) => self.library.group(name).ok().map(|group| (name.clone(), group)),
             _ => None,
@@ -145,6 +156,9 @@ impl App {
             };
             let Some(name) = model::add_node(state, &at, entry, place) else { return (None, None) };
             let refusal = links.and_then(|links| join(state, &at, &name, &shape, &links).err());
+            if let Some(old) = instead.filter(|_| refusal.is_none()) {
+                model::disconnect(state, &at, &[old]);
+            }
             (Some(name), refusal)
         });
         if let Some(name) = added {
@@ -164,7 +178,7 @@ impl App {
         };
         match joint {
             Joint::Pin(pin) => told(pin).into_iter().collect(),
-            Joint::Between(a, b) => [a, b].into_iter().filter_map(told).collect(),
+            Joint::Between { from, to, .. } => [from, to].into_iter().filter_map(told).collect(),
             Joint::Link(link) => Link::parse(link).map_or(Vec::new(), |link| {
                 let from = Pin { node: link.from_node, socket: link.from_socket, output: true };
                 let to = Pin { node: link.to_node, socket: link.to_socket, output: false };
@@ -173,7 +187,8 @@ impl App {
         }
     }
 
-    pub(super) fn connect(&mut self, from: &Pin, to: &Pin) {
+    /// Makes a link, in the place of another one if there is one to go. If it cannot be made all stays as it is.
+    pub(super) fn connect(&mut self, from: &Pin, to: &Pin, instead: Option<&str>) {
         let at = self.address();
         let (Some(output), Some(input)) = (self.socket(from), self.socket(to)) else { return };
         if let Err(refusal) = model::compatible(&self.registry, &output, &input) {
@@ -181,8 +196,18 @@ impl App {
             return;
         }
         let link = link(from, to);
-        let result =
-            self.project.edit("Connect", None, |state| model::connect(state, &at, &link, input.arity));
+        let before = self.project.state().clone();
+        let name = if instead.is_some() { "Reconnect" } else { "Connect" };
+        let result = self.project.edit(name, None, |state| {
+            if let Some(old) = instead {
+                model::disconnect(state, &at, &[old.to_owned()]);
+            }
+            let result = model::connect(state, &at, &link, input.arity);
+            if result.is_err() {
+                *state = before;
+            }
+            result
+        });
         if let Err(refusal) = result {
             self.say(refusal.reason);
         }
@@ -276,11 +301,11 @@ impl App {
     }
 
     /// Changes places, with the sizes of nodes known.
-    pub(super) fn place(
+    pub(super) fn place<T>(
         &mut self,
         name: &str,
-        change: impl FnOnce(&mut model::State, &dyn Fn(&str) -> [i32; 2]),
-    ) {
+        change: impl FnOnce(&mut model::State, &dyn Fn(&str) -> [i32; 2]) -> T,
+    ) -> T {
         let at = self.address();
         let places = self.project.state().layout(&at).map(|layout| layout.nodes.clone()).unwrap_or_default();
         let shapes = self.shapes.clone();
@@ -288,7 +313,7 @@ impl App {
             let place = places.get(node).copied().unwrap_or_default();
             shapes.get(node).map_or([184, 80], |shape| size_of(shape, place))
         };
-        self.project.edit(name, None, |state| change(state, &size));
+        self.project.edit(name, None, |state| change(state, &size))
     }
 
     /// Shows a node, in whatever group it is.
@@ -320,7 +345,11 @@ impl App {
                     self.shape_of_kind(kind)
                 });
                 (
-                    if matches!(joint, Joint::Between(..)) { "Convert with" } else { "Add a node that fits" },
+                    if matches!(joint, Joint::Between { .. }) {
+                        "Convert with"
+                    } else {
+                        "Add a node that fits"
+                    },
                     fitting,
                 )
             }

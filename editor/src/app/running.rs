@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use breccia_engine::Graph;
 use eframe::egui::{ColorImage, Context, TextureOptions};
 
 use super::App;
-use crate::model::Address;
+use crate::model::{Address, Level, shape_of};
 use crate::run::{Item, Lane, Update, check, draft};
 use crate::view::Subject;
 
@@ -27,9 +28,39 @@ impl App {
         self.board.stale();
         self.results.values_mut().for_each(|subject| subject.stale = true);
         self.due = true;
-        if self.watched.as_ref().is_none_or(|output| !self.can_run(output)) {
+        if self.watched.as_ref().is_none_or(|output| !self.can_run(output) && !self.is_kept(output)) {
             self.choose_watched();
         }
+    }
+
+    /// Whether the last result of an output is still worth looking at: its node is there, if off or wired in a way that cannot run.
+    fn is_kept(&self, output: &str) -> bool {
+        let Some((path, socket)) = output.rsplit_once('.').filter(|_| self.results.contains_key(output))
+        else {
+            return false;
+        };
+        let node = crate::run::general(path);
+        // Of a zone that has fewer iterations now another one is looked at.
+        let runs = |graph: &Arc<Graph>| graph.nodes().any(|(name, _)| crate::run::general(name) == node);
+        !self.checked.graph.as_ref().is_some_and(runs) && self.gives(&node, socket)
+    }
+
+    /// Whether the document has this output, whatever becomes of it.
+    fn gives(&self, node: &str, socket: &str) -> bool {
+        let (document, registry) = (&self.checked.included, &self.registry);
+        let (mut at, mut parts) = (Address::default(), node.split('/').peekable());
+        while let Some(part) = parts.next() {
+            let Some(entry) = Level::of(document, &at).and_then(|level| level.nodes.get(part)) else {
+                return false;
+            };
+            let shape = shape_of(document, registry, &at, part, entry);
+            if parts.peek().is_none() {
+                return shape.output(socket).is_some();
+            }
+            let Some(inner) = shape.group else { return false };
+            at = inner;
+        }
+        false
     }
 
     /// Whether a graph that can run has this output of a node.
@@ -181,7 +212,8 @@ impl App {
     /// Lets go of results that nobody looks at any more.
     fn forget_results(&mut self) {
         let needed = self.wanted();
-        self.results.retain(|label, _| needed.contains(label));
+        let watched = self.watched.as_ref();
+        self.results.retain(|label, _| needed.contains(label) || Some(label) == watched);
     }
 
     /// The name of an output of the graph looked at in a run; of a zone, the last iteration.
@@ -209,7 +241,7 @@ impl App {
     fn zone_types(&self) -> Vec<bool> {
         let mut at = Address::default();
         let ty = |crumb: &crate::model::Crumb| {
-            let level = crate::model::Level::of(&self.checked.included, &at)?;
+            let level = Level::of(&self.checked.included, &at)?;
             let is_levels = level.nodes.get(&crumb.node)?.ty == "flow.levels";
             at = crumb.address.clone();
             Some(is_levels)

@@ -113,7 +113,7 @@ impl App {
             if let Some((output, input)) = found {
                 let from = Pin { node: a.clone(), socket: output, output: true };
                 let to = Pin { node: b.clone(), socket: input, output: false };
-                self.connect(&from, &to);
+                self.connect(&from, &to, None);
                 made += 1;
             }
         }
@@ -158,12 +158,11 @@ impl App {
     }
 
     pub(super) fn keep_group(&mut self) {
-        let node = self
+        let selected = self
             .selection
             .single()
-            .and_then(|node| self.shapes.get(node))
-            .and_then(|shape| shape.group.clone());
-        let Some(address) = node else {
+            .and_then(|node| Some((node.to_owned(), self.shapes.get(node)?.group.clone()?)));
+        let Some((node, address)) = selected else {
             self.say("Select one group to keep");
             return;
         };
@@ -175,13 +174,10 @@ impl App {
                 std::path::absolute(path).map_or(path.to_owned(), |path| path.to_string_lossy().into_owned()),
             )
         });
-        let (Some(name), Some(group)) =
-            (address.0.last().cloned(), model::group_at(&whole, &address).cloned())
-        else {
-            return;
-        };
-        match self.library.keep(&name, &group) {
-            Ok(()) => self.say(format!("Kept as `{name}`; the node search finds it")),
+        let Some(group) = model::group_at(&whole, &address) else { return };
+        // The node's name is the one that can be given; groups themselves are numbered.
+        match self.library.keep(&node, group) {
+            Ok(name) => self.say(format!("Kept as `{name}`; the node search finds it")),
             Err(reason) => self.say(format!("The group could not be kept: {reason}")),
         }
     }

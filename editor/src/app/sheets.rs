@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use eframe::egui::{
-    self, Align2, Context, Grid, Image, RichText, ScrollArea, Sense, Vec2, WidgetInfo, WidgetType, vec2,
+    self, Align2, Context, Grid, Image, Response, RichText, ScrollArea, Sense, Vec2, WidgetInfo, WidgetType,
+    vec2,
 };
 
-use super::{After, App};
+use super::{After, App, Appearing};
 use crate::action::Action;
 use crate::command::Command;
 
@@ -21,14 +22,18 @@ impl App {
 
     fn gallery(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
         let mut open = self.open.gallery;
+        let fresh = self.open.appears(Appearing::Gallery, open);
         let size = ctx.content_rect().size();
         egui::Window::new("Start from a preset").id(egui::Id::new("gallery")).open(&mut open).collapsible(false).default_size(vec2((size.x * 0.72).min(900.0), (size.y * 0.72).min(640.0))).anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(ctx, |ui| {
             ui.label("Each opens as a graph of your own. Drop a picture on the window to use it in place of the built-in one.");
             ui.add_space(6.0);
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
                 ui.horizontal_wrapped(|ui| {
-                    for preset in breccia_graphs::presets() {
-                        card(ui, preset, actions);
+                    for (i, preset) in breccia_graphs::presets().iter().enumerate() {
+                        let response = card(ui, preset, actions);
+                        if fresh && i == 0 {
+                            response.request_focus();
+                        }
                     }
                 });
             });
@@ -72,6 +77,7 @@ impl App {
 
     fn tour(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
         let mut open = self.open.tour;
+        let fresh = self.open.appears(Appearing::Tour, open);
         egui::Window::new("First steps")
             .id(egui::Id::new("tour"))
             .open(&mut open)
@@ -87,7 +93,11 @@ impl App {
                     ui.add_space(4.0);
                 }
                 ui.horizontal(|ui| {
-                    if ui.button("Show the presets").clicked() {
+                    let presets = ui.button("Show the presets");
+                    if fresh {
+                        presets.request_focus();
+                    }
+                    if presets.clicked() {
                         actions.push(Action::Command(Command::Gallery));
                     }
                     if ui.button("Show the shortcuts").clicked() {
@@ -105,6 +115,7 @@ impl App {
     fn leftovers(&mut self, ctx: &Context) {
         let leftovers = self.memory.leftovers();
         let mut open = !self.open.later;
+        let fresh = self.open.appears(Appearing::Recovery, open && !leftovers.is_empty());
         if leftovers.is_empty() || !open {
             return;
         }
@@ -116,10 +127,14 @@ impl App {
             .anchor(Align2::CENTER_TOP, [0.0, 90.0])
             .show(ctx, |ui| {
                 ui.label("The program ended before these were saved.");
-                for (title, path) in leftovers {
+                for (i, (title, path)) in leftovers.into_iter().enumerate() {
                     ui.horizontal(|ui| {
                         ui.label(&title);
-                        if ui.button("Recover").clicked() {
+                        let recover = ui.button("Recover");
+                        if fresh && i == 0 {
+                            recover.request_focus();
+                        }
+                        if recover.clicked() {
                             self.leave_document(After::Recover(path.clone()), ctx);
                         }
                         if ui.button("Discard").clicked() {
@@ -147,12 +162,12 @@ fn about(name: &str) -> (&'static str, &'static str) {
     all.get(name).map_or(("", ""), |(title, docs)| (title, docs))
 }
 
-fn card(ui: &mut egui::Ui, preset: &breccia_graphs::Preset, actions: &mut Vec<Action>) {
+fn card(ui: &mut egui::Ui, preset: &breccia_graphs::Preset, actions: &mut Vec<Action>) -> Response {
     let size = vec2(208.0, 196.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, format!("Preset {}", preset.name)));
     if !ui.is_rect_visible(rect) {
-        return;
+        return response;
     }
     let visuals = *ui.style().interact(&response);
     ui.painter().rect(rect, 6, visuals.weak_bg_fill, visuals.bg_stroke, egui::StrokeKind::Inside);
@@ -171,9 +186,11 @@ fn card(ui: &mut egui::Ui, preset: &breccia_graphs::Preset, actions: &mut Vec<Ac
     };
     text(rect.left_bottom() + vec2(8.0, -40.0), preset.name, 14.0, visuals.text_color());
     text(rect.left_bottom() + vec2(8.0, -21.0), title, 11.0, ui.visuals().weak_text_color());
-    if response.clone().on_hover_text(docs).clicked() {
+    let response = response.on_hover_text(docs);
+    if response.clicked() {
         actions.push(Action::OpenPreset(preset.name.to_owned()));
     }
+    response
 }
 
 const TOUR: &[(&str, &str)] = &[

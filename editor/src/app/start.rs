@@ -14,7 +14,7 @@ use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_pr
 pub struct Settings {
     /// Number of threads that compute; 0 means one for each processor.
     pub threads: usize,
-    /// Bytes of results that are kept in memory.
+    /// Bytes of memory that the program may take; results that are kept give way to what else needs it.
     pub memory: u64,
     /// Bytes of the device's memory that may be used.
     pub device_memory: u64,
@@ -28,7 +28,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             threads: 0,
-            memory: 1 << 30,
+            memory: 2 << 30,
             device_memory: 1 << 30,
             cache: breccia_graphs::default_cache(),
             state: breccia_graphs::default_state(),
@@ -42,6 +42,9 @@ pub enum StartError {
     /// The engine cannot.
     #[error(transparent)]
     Engine(#[from] EngineError),
+    /// The system gives no thread.
+    #[error("cannot start a thread: {0}")]
+    Thread(#[from] std::io::Error),
 }
 
 /// The window's device, for computing too. Portions are short, since the window waits for them.

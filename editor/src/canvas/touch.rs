@@ -83,6 +83,10 @@ impl Canvas {
                 format!("Node {name}, {}, {state}", look.shape.ty),
             )
         });
+        if response.has_focus() {
+            let ring = Stroke::new(1.5, ui.visuals().strong_text_color());
+            ui.painter().rect_stroke(on_screen.expand(4.0), 6, ring, StrokeKind::Outside);
+        }
         let modifiers = ui.input(|i| i.modifiers);
         let toggles = modifiers.shift || modifiers.command;
         if response.double_clicked() {
@@ -197,7 +201,7 @@ impl Canvas {
                     format!("{side} {} of {node}, {}", socket.name, socket.ty),
                 )
             });
-            let radius = if response.hovered() { 6.0 } else { 4.6 } * self.zoom;
+            let radius = if response.hovered() || response.has_focus() { 6.0 } else { 4.6 } * self.zoom;
             theme::mark(ui.painter(), at, radius, shape, color, sight.colors.outline);
             if response.drag_started_by(PointerButton::Primary) {
                 self.gesture = self.take_wire(sight, pin.clone());
@@ -252,12 +256,15 @@ impl Canvas {
                 return;
             }
         }
-        actions.extend(picked.clone().map(|link| Action::Disconnect(vec![link])));
         match target {
             Some(target) => {
                 let Some((output, input)) = pair(&from, &target) else { return };
                 match joinable(sight, (output.clone(), input.clone())) {
-                    Ok(()) => actions.push(Action::Connect(output, input)),
+                    Ok(()) => actions.push(match picked {
+                        Some(link) => Action::Reconnect { link, from: output, to: input },
+                        None => Action::Connect(output, input),
+                    }),
+                    // A link that fits nowhere stays where it was.
                     Err(refusal) if refusal.conversions.is_empty() => {
                         actions.push(Action::Say(refusal.reason))
                     }
@@ -265,15 +272,15 @@ impl Canvas {
                         actions.push(Action::Say(format!("{}: pick a node that converts", refusal.reason)));
                         actions.push(Action::Palette {
                             at: place(self.pointer),
-                            joint: Some(Joint::Between(output, input)),
+                            joint: Some(Joint::Between { from: output, to: input, instead: picked }),
                         });
                     }
                 }
             }
-            None if picked.is_none() => {
-                actions.push(Action::Palette { at: place(self.pointer), joint: Some(Joint::Pin(from)) });
-            }
-            None => {}
+            None => actions.push(match picked {
+                Some(link) => Action::Disconnect(vec![link]),
+                None => Action::Palette { at: place(self.pointer), joint: Some(Joint::Pin(from)) },
+            }),
         }
     }
 

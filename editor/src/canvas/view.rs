@@ -14,7 +14,7 @@ use super::legend;
 use super::links::{self, Course};
 use super::minimap;
 use crate::action::{Action, Pin, Selection};
-use crate::model::{Layout, Shape};
+use crate::model::{Layout, SMALLEST_FRAME, Shape};
 use crate::run::Board;
 use crate::theme::{self, Palette};
 
@@ -262,7 +262,7 @@ impl Canvas {
 
     fn frames(&mut self, ui: &Ui, sight: &Sight<'_>, actions: &mut Vec<Action>) {
         for (&id, frame) in &sight.layout.frames {
-            let [w, h] = frame.size.map(|n| n.max(40) as f32);
+            let [w, h] = frame.size.map(|n| n.max(SMALLEST_FRAME) as f32);
             let rect = Rect::from_min_size(corner(frame.at), vec2(w, h));
             let on_screen = Rect::from_min_max(self.to_screen(rect.min), self.to_screen(rect.max));
             if !on_screen.intersects(self.rect) {

@@ -1,5 +1,6 @@
 //! Groups that the user keeps, to be used in any graph.
 
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use breccia_engine::{Document, Group};
@@ -17,8 +18,7 @@ impl Library {
     }
 
     fn path(&self, name: &str) -> Option<PathBuf> {
-        let plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-');
-        let fits = !name.is_empty() && name.chars().all(plain);
+        let fits = !name.is_empty() && name.chars().all(is_plain);
         self.folder.as_ref().filter(|_| fits).map(|folder| folder.join(format!("{name}.ron")))
     }
 
@@ -51,16 +51,56 @@ impl Library {
         Ok(Group { docs, interface, nodes, links, groups, ..Group::default() })
     }
 
-    /// Keeps a group under a name, in the place of one that was there.
+    /// Keeps a group under a name, or one like it if something else has that name already. Returns the name.
     ///
     /// # Errors
-    /// If the name is no name, or the file cannot be written.
-    pub fn keep(&self, name: &str, group: &Group) -> Result<(), String> {
-        let path = self.path(name).ok_or_else(|| format!("`{name}` is no name of a group"))?;
+    /// If no name can be made of it, or the file cannot be written.
+    pub fn keep(&self, name: &str, group: &Group) -> Result<String, String> {
+        let plain = name.replace(|c: char| !is_plain(c), "_");
         let Group { docs, interface, nodes, links, groups, .. } = group.clone();
-        let document =
-            Document { title: name.to_owned(), docs, interface, nodes, links, groups, ..Document::default() };
-        super::write_whole(&path, document.to_ron().as_bytes())
-            .map_err(|error| format!("{}: {error}", path.display()))
+        let mut document = Document { docs, interface, nodes, links, groups, ..Document::default() };
+        for i in 1.. {
+            let name = if i == 1 { plain.clone() } else { format!("{plain}_{i}") };
+            let path = self.path(&name).ok_or_else(|| format!("`{name}` is no name of a group"))?;
+            document.title.clone_from(&name);
+            let text = document.to_ron();
+            match std::fs::read(&path) {
+                Ok(found) if found == text.as_bytes() => return Ok(name),
+                Ok(_) => {}
+                Err(error) if error.kind() == ErrorKind::NotFound => {
+                    return super::write_whole(&path, text.as_bytes())
+                        .map(|()| name)
+                        .map_err(|error| format!("{}: {error}", path.display()));
+                }
+                Err(error) => return Err(format!("{}: {error}", path.display())),
+            }
+        }
+        Err("all names are taken".to_owned())
+    }
+}
+
+fn is_plain(c: char) -> bool {
+    c.is_alphanumeric() || matches!(c, '_' | '-')
+}
+
+#[cfg(test)]
+mod tests {
+    use breccia_engine::NodeEntry;
+
+    use super::*;
+
+    #[test]
+    fn no_group_takes_the_place_of_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let library = Library::new(Some(folder.path().to_owned()));
+        let group =
+            |ty: &str| Group { nodes: [("a".to_owned(), NodeEntry::new(ty))].into(), ..Group::default() };
+        let (first, second) = (group("solid.checker"), group("solid.constant"));
+        assert_eq!(library.keep("group", &first).unwrap(), "group");
+        assert_eq!(library.keep("group", &second).unwrap(), "group_2");
+        assert_eq!(library.keep("group", &first).unwrap(), "group");
+        assert_eq!((library.group("group"), library.group("group_2")), (Ok(first.clone()), Ok(second)));
+        assert_eq!(library.keep("a group/b", &first).unwrap(), "a_group_b");
+        assert!(library.keep("", &first).is_err());
     }
 }

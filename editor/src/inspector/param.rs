@@ -57,7 +57,7 @@ impl Row<'_> {
                 let change = widget::edit(ui, &label, &self.param.kind, self.param.unit, self.value);
                 if let Some(value) = change.value {
                     actions.push(set(node, param, Some(value), change.dragging));
-                    if !change.dragging {
+                    if !change.dragging || change.released {
                         actions.push(Action::EndDrag);
                     }
                 } else if change.released {

@@ -20,7 +20,8 @@ pub struct Change {
 
 impl Change {
     pub(super) fn note(&mut self, response: &Response) {
-        self.dragging |= response.dragged();
+        // Where a drag stops the value may have changed once more.
+        self.dragging |= response.dragged() || response.drag_stopped();
         self.released |= response.drag_stopped() || response.lost_focus();
     }
 }
@@ -280,13 +281,22 @@ fn row<T: Copy>(
     });
 }
 
+/// Notes what was done in a colour's own window, of which the button says no more than that something changed.
+fn picked(ui: &Ui, response: &Response, change: &mut Change) {
+    change.note(response);
+    let [held, let_go] = ui.input(|i| [i.pointer.any_down(), i.pointer.any_released()]);
+    change.dragging |= response.changed() && (held || let_go);
+    // The button is not what was held.
+    change.released |= response.changed() && let_go;
+}
+
 /// Three fractions may be a colour.
 fn color(ui: &mut Ui, label: &str, numbers: &mut [f64], change: &mut Change) {
     let [r, g, b] = numbers else { return };
     let mut rgb = [*r as f32, *g as f32, *b as f32];
     let response =
         named(ui.color_edit_button_rgb(&mut rgb), &format!("{label} as a colour"), WidgetType::ColorButton);
-    change.note(&response);
+    picked(ui, &response, change);
     if response.changed() {
         (*r, *g, *b) = (f64::from(rgb[0]), f64::from(rgb[1]), f64::from(rgb[2]));
     }
@@ -299,7 +309,7 @@ fn bytes(ui: &mut Ui, label: &str, numbers: &mut [i64], change: &mut Change) {
     let mut rgb = [byte(*r), byte(*g), byte(*b)];
     let response =
         named(ui.color_edit_button_srgb(&mut rgb), &format!("{label} as a colour"), WidgetType::ColorButton);
-    change.note(&response);
+    picked(ui, &response, change);
     if response.changed() {
         (*r, *g, *b) = (rgb[0].into(), rgb[1].into(), rgb[2].into());
     }

@@ -81,12 +81,15 @@ fn columns(nodes: &BTreeSet<String>, links: &[(String, String)]) -> Vec<Vec<Stri
     }
     let last = depth.values().copied().max().unwrap_or(0);
     let mut late = depth.clone();
+    let mut fed: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for (from, to) in links {
+        fed.entry(from).or_default().push(to);
+    }
     for _ in 0..=last {
-        for (from, _) in links {
-            let next =
-                links.iter().filter(|(f, _)| f == from).filter_map(|(_, to)| late.get(to.as_str())).min();
+        for (from, to) in &fed {
+            let next = to.iter().filter_map(|to| late.get(to)).min();
             if let Some(wanted) = next.and_then(|d| d.checked_sub(1))
-                && let Some(d) = late.get_mut(from.as_str()).filter(|d| **d < wanted)
+                && let Some(d) = late.get_mut(from).filter(|d| **d < wanted)
             {
                 *d = wanted;
             }

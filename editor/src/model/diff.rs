@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use breccia_engine::{Group, Interface, NodeEntry};
+use breccia_engine::{Group, Interface, NodeEntry, ParamValue};
 
 use super::layout::{Frame, Layout, Place};
 use super::state::State;
@@ -21,6 +21,14 @@ pub struct Diff {
     groups: Entries<String, Group>,
     editor: Option<Box<(ron::Value, ron::Value)>>,
     layouts: Vec<(String, LayoutDiff)>,
+}
+
+fn is_text(value: &ParamValue) -> bool {
+    match value {
+        ParamValue::Text(_) => true,
+        ParamValue::List(items) => items.iter().any(is_text),
+        ParamValue::Bool(_) | ParamValue::Int(_) | ParamValue::Float(_) => false,
+    }
 }
 
 /// A stretch of a list that was replaced.
@@ -120,6 +128,19 @@ impl Diff {
     /// Whether the two states are the same.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// Whether names of files may differ, or what nodes make of them. Certain only if not.
+    pub fn may_name_files(&self) -> bool {
+        let same_numbers = |old: &Option<NodeEntry>, new: &Option<NodeEntry>| match (old, new) {
+            (Some(old), Some(new)) => {
+                old.ty == new.ty && !old.params.values().chain(new.params.values()).any(is_text)
+            }
+            _ => false,
+        };
+        self.interface.is_some()
+            || !self.groups.is_empty()
+            || !self.nodes.iter().all(|(_, old, new)| same_numbers(old, new))
     }
 
     /// Turns the one state into the other, or the other into the one.

@@ -3,22 +3,29 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use breccia_engine::{
-    Document, Group, InterfaceInput, InterfaceOutput, InterfaceParam, Link, NodeEntry, ParamValue,
+    Document, Group, InterfaceInput, InterfaceOutput, InterfaceParam, Link, NodeEntry, NodeMode, ParamValue,
 };
 
-use super::edit::{tidy, unique};
-use super::layout::{Layout, Place};
+use super::arrange::{SizeOf, arrange};
+use super::edit::{add_frame, tidy, unique};
+use super::layout::{Frame, Layout, Place, SMALLEST_FRAME};
 use super::level::{Address, body, free_group_name};
+use super::reach::reach;
 use super::shape::Shape;
 use super::state::State;
 
+/// The size of a node that nobody has drawn yet.
+const USUAL: [i32; 2] = [184, 120];
+
 /// Makes nodes a group of their own, with what lies between them, for which one node stands. Nodes that read the graph's input files stay outside. `ty` tells the type
-/// of an output, `shape` what nodes look like. Returns the new node's name.
+/// of an output, `shape` what nodes look like, `size` how large they are.
+/// Returns the new node's name.
 pub fn group(
     state: &mut State,
     at: &Address,
     nodes: &BTreeSet<String>,
     shape: &dyn Fn(&str) -> Option<Shape>,
+    size: SizeOf<'_>,
 ) -> Option<String> {
     let nodes = &closed(state, at, nodes);
     let shapes: BTreeMap<String, Shape> = nodes.iter().filter_map(|n| Some((n.clone(), shape(n)?))).collect();
@@ -51,6 +58,8 @@ pub fn group(
     let mut outside = Vec::new();
     let mut taken: BTreeMap<String, String> = BTreeMap::new();
     let mut given: BTreeMap<String, String> = BTreeMap::new();
+    // What links that cross the border are called afterwards, for their bends.
+    let mut crossing: BTreeMap<String, String> = BTreeMap::new();
     for text in std::mem::take(level.links) {
         let Some(link) = Link::parse(&text) else {
             outside.push(text);
@@ -75,13 +84,16 @@ pub fn group(
                 let first = input.targets.is_empty();
                 input.targets.push(format!("{}.{}", link.to_node, link.to_socket));
                 if first {
-                    let link = Link { to_node: stand_in.clone(), to_socket: name, ..link };
-                    outside.push(link.to_string());
+                    let link = Link { to_node: stand_in.clone(), to_socket: name, ..link }.to_string();
+                    crossing.insert(text, link.clone());
+                    outside.push(link);
                 }
             }
             (true, false) => {
                 let name = output(&mut made, &mut given, &shapes, &link.from_node, &link.from_socket);
-                outside.push(Link { from_node: stand_in.clone(), from_socket: name, ..link }.to_string());
+                let link = Link { from_node: stand_in.clone(), from_socket: name, ..link }.to_string();
+                crossing.insert(text, link.clone());
+                outside.push(link);
             }
         }
     }
@@ -122,46 +134,69 @@ pub fn group(
     }
     let entry = NodeEntry::new("flow.group").with("body", ParamValue::Text(body_name.clone()));
     level.nodes.insert(stand_in.clone(), entry);
+    let inner_links = made.links.clone();
     level.groups.insert(body_name.clone(), made);
 
-    // Places go along, the new node lies in the middle.
+    // Places, bends and frames go along, the new node lies in the middle.
     let mut inner = Layout::default();
     let layout = state.layout_mut(at);
+    let frames = layout.frames.iter().filter(|(_, frame)| is_around(frame, layout, &nodes, size));
+    let frames: Vec<u32> = frames.map(|(number, _)| *number).collect();
+    inner.frames.extend(frames.into_iter().filter_map(|number| layout.frames.remove_entry(&number)));
     for node in &nodes {
         if let Some(place) = layout.nodes.remove(node) {
             inner.nodes.insert(node.clone(), place);
         }
     }
-    let count = i64::try_from(inner.nodes.len().max(1)).unwrap_or(1);
-    let mean = [0, 1].map(|i| (inner.nodes.values().map(|p| i64::from(p.at[i])).sum::<i64>() / count) as i32);
-    layout.nodes.insert(stand_in.clone(), Place { at: mean, ..Place::default() });
+    inner.bends.extend(inner_links.into_iter().filter_map(|link| layout.bends.remove_entry(&link)));
+    for (old, new) in crossing {
+        if let Some(points) = layout.bends.remove(&old) {
+            layout.bends.insert(new, points);
+        }
+    }
+    layout.nodes.insert(stand_in.clone(), Place { at: middle(&inner), ..Place::default() });
     state.layouts.insert(at.within(&body_name).text(), inner);
     tidy(state, at);
     tidy(state, &at.within(&body_name));
     Some(stand_in)
 }
 
+/// The mean of the places of all nodes.
+fn middle(layout: &Layout) -> [i32; 2] {
+    let count = i64::try_from(layout.nodes.len().max(1)).unwrap_or(1);
+    [0, 1].map(|i| (layout.nodes.values().map(|place| i64::from(place.at[i])).sum::<i64>() / count) as i32)
+}
+
+/// Whether a frame has only these nodes in it, and some of them. A node lies in a frame if its middle does.
+fn is_around(frame: &Frame, layout: &Layout, nodes: &BTreeSet<String>, size: SizeOf<'_>) -> bool {
+    let holds = |node: &str, place: &Place| {
+        let size = size(node);
+        (0..2).all(|i| {
+            let [at, from] = [place.at[i], frame.at[i]].map(i64::from);
+            (from..from + i64::from(frame.size[i].max(SMALLEST_FRAME)))
+                .contains(&(at + i64::from(size[i] / 2)))
+        })
+    };
+    let mut inside = layout.nodes.iter().filter(|(node, place)| holds(node, place)).peekable();
+    inside.peek().is_some() && inside.all(|(node, _)| nodes.contains(node))
+}
+
 /// Nodes with all that lies between them: left outside, it would wait for the group and the group for it.
 fn closed(state: &State, at: &Address, nodes: &BTreeSet<String>) -> BTreeSet<String> {
     let Some(level) = state.level(at) else { return BTreeSet::new() };
     let links: Vec<Link> = level.links.iter().filter_map(|link| Link::parse(link)).collect();
-    let reached = |forward: bool| {
-        let (mut seen, mut open) = (BTreeSet::new(), Vec::from_iter(nodes.iter().cloned()));
-        while let Some(node) = open.pop() {
-            let next = links
-                .iter()
-                .filter(|link| if forward { link.from_node == node } else { link.to_node == node });
-            for link in next {
-                let other = if forward { &link.to_node } else { &link.from_node };
-                if seen.insert(other.clone()) {
-                    open.push(other.clone());
-                }
-            }
+    let reached = |forward: bool| -> BTreeSet<&str> {
+        let mut next: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for link in &links {
+            let (from, to) =
+                if forward { (&link.from_node, &link.to_node) } else { (&link.to_node, &link.from_node) };
+            next.entry(from).or_default().push(to);
         }
-        seen
+        let next = |node: &str| next.get(node).into_iter().flatten().copied();
+        reach(nodes.iter().map(String::as_str), next).into_iter().collect()
     };
     let between = &reached(true) & &reached(false);
-    nodes | &between
+    nodes.iter().cloned().chain(between.into_iter().map(str::to_owned)).collect()
 }
 
 fn docs(found: Option<String>) -> String {
@@ -194,12 +229,17 @@ fn output(
 /// If the node stands for no group that is written out in the document.
 pub fn ungroup(state: &mut State, at: &Address, node: &str) -> Result<Vec<String>, String> {
     let level = state.level(at).ok_or("there is no such graph")?;
-    let entry = level.nodes.get(node).ok_or_else(|| format!("there is no node `{node}`"))?.clone();
-    if entry.ty != "flow.group" {
+    let stand_in = level.nodes.get(node).ok_or_else(|| format!("there is no node `{node}`"))?.clone();
+    if stand_in.ty != "flow.group" {
         return Err(format!("`{node}` is no group that could be taken apart"));
     }
+    if stand_in.mode == NodeMode::Bypass {
+        return Err(format!(
+            "`{node}` is bypassed as a whole, which its nodes cannot be: switch it on first"
+        ));
+    }
     let (address, found) =
-        body(&state.document, at, &entry).ok_or_else(|| format!("`{node}` has no group"))?;
+        body(&state.document, at, &stand_in).ok_or_else(|| format!("`{node}` has no group"))?;
     if !found.file.is_empty() {
         return Err(format!(
             "the group stands in the file `{}`: make it part of the graph first",
@@ -219,7 +259,11 @@ pub fn ungroup(state: &mut State, at: &Address, node: &str) -> Result<Vec<String
     let mut names = BTreeMap::new();
     for (inner, entry) in &found.nodes {
         let name = unique(level.nodes, inner);
-        level.nodes.insert(name.clone(), entry.clone());
+        let mut inside = entry.clone();
+        if stand_in.mode == NodeMode::Mute {
+            inside.mode = NodeMode::Mute;
+        }
+        level.nodes.insert(name.clone(), inside);
         names.insert(inner.clone(), name);
     }
     let renamed = |target: &str| {
@@ -227,6 +271,8 @@ pub fn ungroup(state: &mut State, at: &Address, node: &str) -> Result<Vec<String
         Some(format!("{}.{rest}", names.get(node)?))
     };
     let mut links = Vec::new();
+    // What links are called afterwards, for their bends: outside, and within the group.
+    let (mut outer, mut inner) = (Vec::new(), Vec::new());
     for text in level.links.iter() {
         let Some(link) = Link::parse(text) else {
             links.push(text.clone());
@@ -244,11 +290,16 @@ pub fn ungroup(state: &mut State, at: &Address, node: &str) -> Result<Vec<String
         } else {
             vec![format!("{}.{}", link.to_node, link.to_socket)]
         };
-        links.extend(from.into_iter().flat_map(|from| to.iter().map(move |to| format!("{from} -> {to}"))));
+        for link in from.iter().flat_map(|from| to.iter().map(move |to| format!("{from} -> {to}"))) {
+            outer.push((text.clone(), link.clone()));
+            links.push(link);
+        }
     }
-    for link in found.links.iter().filter_map(|link| Link::parse(link)) {
+    for (text, link) in found.links.iter().filter_map(|text| Some((text, Link::parse(text)?))) {
         if let (Some(from), Some(to)) = (names.get(&link.from_node), names.get(&link.to_node)) {
-            links.push(Link { from_node: from.clone(), to_node: to.clone(), ..link }.to_string());
+            let link = Link { from_node: from.clone(), to_node: to.clone(), ..link }.to_string();
+            inner.push((text.clone(), link.clone()));
+            links.push(link);
         }
     }
     *level.links = links;
@@ -260,7 +311,7 @@ pub fn ungroup(state: &mut State, at: &Address, node: &str) -> Result<Vec<String
     }
     // What the node and its group say of parameters becomes the inner nodes' own.
     for (name, param) in &found.interface.params {
-        let value = entry.params.get(name).or(param.default.as_ref());
+        let value = stand_in.params.get(name).or(param.default.as_ref());
         for (inner, param) in param.targets.iter().filter_map(|target| target.split_once('.')) {
             if let (Some(value), Some(entry)) = (value, names.get(inner).and_then(|n| level.nodes.get_mut(n)))
             {
@@ -293,10 +344,29 @@ pub fn ungroup(state: &mut State, at: &Address, node: &str) -> Result<Vec<String
             .collect();
     }
     let layout = state.layout_mut(at);
-    layout.nodes.remove(node);
+    // All comes to lie around the place where the node lay.
+    let (from, to) = (middle(&inner_layout), layout.nodes.remove(node).unwrap_or_default().at);
+    let moved = |at: [i32; 2]| [0, 1].map(|i| at[i].saturating_add(to[i].saturating_sub(from[i])));
+    let mut placeless = BTreeSet::new();
     for (inner, name) in &names {
-        let place = inner_layout.nodes.get(inner).copied().unwrap_or_default();
+        let place = inner_layout.nodes.get(inner).copied();
+        if place.is_none() {
+            placeless.insert(name.clone());
+        }
+        let place = place
+            .map_or(Place { at: to, ..Place::default() }, |place| Place { at: moved(place.at), ..place });
         layout.nodes.insert(name.clone(), place);
+    }
+    let bends = outer.into_iter().filter_map(|(old, new)| Some((new, layout.bends.get(&old)?.clone())));
+    let bends: Vec<_> = bends.collect();
+    layout.bends.extend(bends);
+    for (old, new) in inner {
+        if let Some(points) = inner_layout.bends.get(&old) {
+            layout.bends.insert(new, points.iter().copied().map(moved).collect());
+        }
+    }
+    for frame in inner_layout.frames.into_values() {
+        add_frame(state, at, Frame { at: moved(frame.at), ..frame });
     }
     // The group itself stays while another node stands for it.
     let name = address.0.last().cloned().unwrap_or_default();
@@ -308,6 +378,8 @@ pub fn ungroup(state: &mut State, at: &Address, node: &str) -> Result<Vec<String
         state.layouts.retain(|other, _| *other != address.text() && !other.starts_with(&prefix));
     }
     tidy(state, at);
+    // Nobody ever looked into the group: its nodes find their places now, as part of this step.
+    arrange(state, at, &placeless, &|_| USUAL);
     Ok(names.into_values().collect())
 }
 

@@ -82,9 +82,10 @@ impl History {
         Some(&step.name)
     }
 
-    /// Changes all states that the steps lead through, of which `state` is the present one: where each step leads to is what it led to
-    /// before, changed. Names and places of the steps stay.
-    pub fn rewrite(&mut self, state: &State, change: impl Fn(&mut State)) {
+    /// Changes the names of files in all states that the steps lead through, of which `state` is the present one: where each step leads to
+    /// is what it led to before, changed. Names and places of the steps stay. Most steps, such as moves, have to do with no file and
+    /// cost no more than undoing them.
+    pub fn rewrite_files(&mut self, state: &State, change: impl Fn(&mut State)) {
         let changed = |state: &State| {
             let mut state = state.clone();
             change(&mut state);
@@ -95,6 +96,10 @@ impl History {
         let (mut at, mut new) = (state.clone(), changed(state));
         for step in done.iter_mut().rev() {
             step.diff.apply(&mut at, false);
+            if !step.diff.may_name_files() {
+                step.diff.apply(&mut new, false);
+                continue;
+            }
             let before = changed(&at);
             step.diff = Diff::between(&before, &new);
             new = before;
@@ -102,6 +107,10 @@ impl History {
         let (mut at, mut new) = (state.clone(), changed(state));
         for step in undone {
             step.diff.apply(&mut at, true);
+            if !step.diff.may_name_files() {
+                step.diff.apply(&mut new, true);
+                continue;
+            }
             let after = changed(&at);
             step.diff = Diff::between(&new, &after);
             new = after;

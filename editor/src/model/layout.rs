@@ -17,6 +17,9 @@ pub struct Place {
     pub picture: bool,
 }
 
+/// Frames are drawn at least this wide and high.
+pub const SMALLEST_FRAME: i32 = 40;
+
 /// A titled rectangle behind nodes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Frame {

@@ -24,7 +24,7 @@ pub use edit::{
 };
 pub use group::{group, group_at, localise, ungroup};
 pub use history::History;
-pub use layout::{Frame, Layout, Place};
+pub use layout::{Frame, Layout, Place, SMALLEST_FRAME};
 pub use level::{Address, Crumb, Level, Trail, free_group_name};
 pub use params::{Exposure, expose, exposure, link_param, set_param, unexpose};
 pub use project::{Project, text_of};

@@ -61,8 +61,8 @@ impl Project {
 
     /// Changes the document in a way that is no step of its own and holds for all that can be undone as well: its paths, when it is
     /// kept elsewhere.
-    pub fn rewrite(&mut self, change: impl Fn(&mut State)) {
-        self.history.rewrite(&self.state, &change);
+    pub fn rewrite_files(&mut self, change: impl Fn(&mut State)) {
+        self.history.rewrite_files(&self.state, &change);
         change(&mut self.state);
         self.revision += 1;
     }

@@ -196,7 +196,10 @@ fn grouping_and_ungrouping_change_no_result() {
     let mut state = plain.clone();
     arrange_missing(&mut state, &root(), &|_| [184, 120]);
     let known = shapes(&state, &root());
-    let made = group(&mut state, &root(), &names(&["checker", "volume"]), &|name| known.get(name).cloned())
+    let made =
+        group(&mut state, &root(), &names(&["checker", "volume"]), &|name| known.get(name).cloned(), &|_| {
+            [184, 120]
+        })
         .expect("a group");
     assert_eq!(state.document.nodes.len(), 2);
     let seen = shapes(&state, &root());
@@ -210,10 +213,75 @@ fn grouping_and_ungrouping_change_no_result() {
 }
 
 #[test]
+fn bends_frames_and_what_is_off_go_into_a_group_and_come_back_where_it_was_moved() {
+    let mut state = checkers();
+    let at = root();
+    arrange_missing(&mut state, &at, &|_| [184, 120]);
+    let (within, across) = ("checker.solid -> volume.solid", "volume.volume -> solid.volume");
+    bend(&mut state, &at, within, vec![[30, 40], [31, 41]]);
+    bend(&mut state, &at, across, vec![[50, 60]]);
+    let place = state.layouts[""].nodes["checker"].at;
+    // It holds the middle of a node, not all of it.
+    let around = Frame { at: [place[0] + 10, place[1] - 20], size: [100, 100], title: "around".into() };
+    let elsewhere = Frame { at: [-9000, 0], size: [50, 50], title: "elsewhere".into() };
+    add_frame(&mut state, &at, around.clone());
+    add_frame(&mut state, &at, elsewhere.clone());
+    let before = state.clone();
+    let known = shapes(&state, &at);
+    let made =
+        group(&mut state, &at, &names(&["checker", "volume"]), &|name| known.get(name).cloned(), &|_| {
+            [184, 120]
+        })
+        .expect("a group");
+    let outer = &state.layouts[""];
+    assert_eq!(outer.bends[&format!("{made}.volume -> solid.volume")], [[50, 60]]);
+    assert_eq!(outer.frames.values().collect::<Vec<_>>(), [&elsewhere]);
+    let body = state.layouts.values().find(|layout| layout.nodes.contains_key("checker")).expect("a body");
+    assert_eq!(body.bends[within], [[30, 40], [31, 41]]);
+    assert_eq!(body.frames.values().collect::<Vec<_>>(), [&around]);
+
+    let mut back = state.clone();
+    ungroup(&mut back, &at, &made).expect("a group");
+    assert_eq!(back.layouts[""].nodes, before.layouts[""].nodes);
+    assert_eq!(back.layouts[""].bends, before.layouts[""].bends);
+
+    move_by(&mut state, &at, &names(&[&made]), &BTreeSet::new(), [70, -30]);
+    set_mode(&mut state, &at, &names(&[&made]), NodeMode::Mute);
+    ungroup(&mut state, &at, &made).expect("a group");
+    let after = &state.layouts[""];
+    assert_eq!(after.nodes["checker"].at, [place[0] + 70, place[1] - 30]);
+    assert_eq!(after.bends[within], [[100, 10], [101, 11]]);
+    assert!(after.frames.values().any(|frame| frame.at == [around.at[0] + 70, around.at[1] - 30]));
+    let mode = |name: &str| state.document.nodes[name].mode;
+    assert_eq!(
+        [mode("checker"), mode("volume"), mode("solid")],
+        [NodeMode::Mute, NodeMode::Mute, NodeMode::Normal]
+    );
+}
+
+#[test]
+fn a_bypassed_group_is_not_taken_apart() {
+    let mut state = checkers();
+    let known = shapes(&state, &root());
+    let made =
+        group(&mut state, &root(), &names(&["checker", "volume"]), &|name| known.get(name).cloned(), &|_| {
+            [184, 120]
+        })
+        .expect("a group");
+    set_mode(&mut state, &root(), &names(&[&made]), NodeMode::Bypass);
+    let before = state.clone();
+    assert!(ungroup(&mut state, &root(), &made).is_err());
+    assert_eq!(state, before);
+}
+
+#[test]
 fn what_lies_between_grouped_nodes_comes_along() {
     let mut state = checkers();
     let known = shapes(&state, &root());
-    let made = group(&mut state, &root(), &names(&["checker", "solid"]), &|name| known.get(name).cloned())
+    let made =
+        group(&mut state, &root(), &names(&["checker", "solid"]), &|name| known.get(name).cloned(), &|_| {
+            [184, 120]
+        })
         .expect("a group");
     assert_eq!(state.document.nodes.keys().collect::<Vec<_>>(), [&made]);
     assert!(Graph::new(&state.to_document(), &registry()).is_ok());
@@ -294,7 +362,7 @@ fn a_change_of_all_steps_leaves_their_names_and_what_they_did() {
     project.edit("Two", None, |state| set(state, "b.png"));
     project.undo();
     // Every path is seen from elsewhere now.
-    project.rewrite(|state| {
+    project.rewrite_files(|state| {
         if let Some(ParamValue::Text(path)) =
             state.document.nodes.get_mut("photo").unwrap().params.get_mut("path")
             && !path.contains(':')
@@ -313,6 +381,45 @@ fn a_change_of_all_steps_leaves_their_names_and_what_they_did() {
 }
 
 #[test]
+fn files_are_renamed_in_every_state_whatever_else_the_steps_do() {
+    let (at, one) = (root(), |name: &str| names(&[name]));
+    let mut first = preset("lazy_mesh");
+    arrange_missing(&mut first, &at, &|_| [184, 120]);
+    let mut project = Project::new(first, None, None);
+    let links = project.state().document.links[..2].to_vec();
+    let steps: [&dyn Fn(&mut State); 9] = [
+        &|state| move_by(state, &at, &one("slab"), &BTreeSet::new(), [7, 0]),
+        &|state| set_param(state, &at, "photo", "path", Some(ParamValue::Text("a.png".into()))),
+        &|state| set_param(state, &at, "jitter", "seed", Some(ParamValue::Int(5))),
+        &|state| delete(state, &at, &one("photo")),
+        &|state| drop(add_node(state, &at, NodeEntry::new("io.read_image"), [5, 5])),
+        &|state| set_param(state, &at, "read_image", "path", Some(ParamValue::Text("b.png".into()))),
+        &|state| disconnect(state, &at, &links),
+        &|state| drop(rename(state, &at, "read_image", "photograph")),
+        &|state| move_by(state, &at, &one("photograph"), &BTreeSet::new(), [0, 9]),
+    ];
+    let mut states = vec![project.state().clone()];
+    for step in steps {
+        project.edit("Step", None, step);
+        assert_ne!(Some(project.state()), states.last());
+        states.push(project.state().clone());
+    }
+    (0..4).for_each(|_| drop(project.undo()));
+    let registry = registry();
+    let moved = |state: &mut State| {
+        let rename = &mut |path: &str| Some(format!("../{path}"));
+        state.document.change_paths(&registry, std::path::Path::new(""), rename);
+    };
+    states.iter_mut().for_each(moved);
+    project.rewrite_files(moved);
+    while project.redo().is_some() {}
+    for expected in states.iter().rev() {
+        assert_eq!(project.state(), expected);
+        project.undo();
+    }
+}
+
+#[test]
 fn a_change_of_all_steps_keeps_places_that_are_no_step() {
     let mut project = Project::new(State::default(), None, None);
     let at = root();
@@ -328,7 +435,7 @@ fn a_change_of_all_steps_keeps_places_that_are_no_step() {
     project.edit("Move", None, |state| move_by(state, &at, &both("slab"), &BTreeSet::new(), [7, 0]));
     project.edit("Move", None, |state| move_by(state, &at, &both("jitter"), &BTreeSet::new(), [0, 7]));
     let last = project.state().clone();
-    project.rewrite(|_| ());
+    project.rewrite_files(|_| ());
     project.undo();
     project.undo();
     assert_eq!(*project.state(), settled);

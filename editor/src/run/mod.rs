@@ -2,6 +2,7 @@
 
 mod bakes;
 mod board;
+mod budget;
 mod check;
 mod draft;
 mod runner;
@@ -9,6 +10,7 @@ mod thumbnail;
 
 pub use bakes::{Bake, Bakes, Fit};
 pub use board::{Board, NodeStatus, Phase};
+pub use budget::MemoryBudget;
 pub use check::{Checked, check};
 pub use draft::draft;
 pub use runner::{Item, Lane, Outcome, Runner, Update};

@@ -61,7 +61,9 @@ struct Reel {
 
 /// What is being saved.
 pub struct Export {
-    worker: Worker<u64, ViewAction>,
+    films: Worker<u64, ViewAction>,
+    /// Beside the other, so that a picture ends no film.
+    pictures: Worker<u64, ViewAction>,
     number: u64,
     reel: Option<Reel>,
     /// How turntables turn.
@@ -72,26 +74,28 @@ impl Export {
     /// Nothing yet.
     pub fn new(gpu: Option<&Arc<Gpu>>) -> Self {
         Self {
-            worker: Worker::new("export", gpu.cloned()),
+            films: Worker::new("film", gpu.cloned()),
+            pictures: Worker::new("picture", None),
             number: 0,
             reel: None,
             settings: TurnSettings::default(),
         }
     }
 
-    fn start(
+    fn start_film(
         &mut self,
         ctx: &egui::Context,
         work: impl FnOnce(&Job<ViewAction>) -> Result<(), String> + Send + 'static,
     ) {
         self.number += 1;
         self.reel = None;
-        self.worker.want(ctx, self.number, work);
+        self.films.want(ctx, self.number, work);
     }
 
     /// Saves a picture.
     pub fn screenshot(&mut self, ctx: &egui::Context, (size, bytes): Rgba) {
-        self.start(ctx, move |job| {
+        self.number += 1;
+        self.pictures.want(ctx, self.number, move |job| {
             job.send(one_file("screenshot.png", png(size, &bytes)?));
             Ok(())
         });
@@ -99,7 +103,8 @@ impl Export {
 
     /// Saves a flat picture, put together from its pieces.
     pub fn flat(&mut self, ctx: &egui::Context, (size, pieces): ([u32; 2], Vec<Patch>)) {
-        self.start(ctx, move |job| {
+        self.number += 1;
+        self.pictures.want(ctx, self.number, move |job| {
             job.send(one_file("picture.png", png(size, &together(size, &pieces))?));
             Ok(())
         });
@@ -109,7 +114,7 @@ impl Export {
     pub fn turntable(&mut self, ctx: &egui::Context, (start, props): (Orbit, Props), film: Film) {
         let settings = self.settings;
         let (frames, taken) = sync_channel(2);
-        self.start(ctx, move |job| {
+        self.start_film(ctx, move |job| {
             let next = |_| next_frame(&taken, job);
             job.send(encode(film, settings, next, job)?);
             Ok(())
@@ -127,7 +132,7 @@ impl Export {
         film: Film,
     ) {
         let settings = self.settings;
-        self.start(ctx, move |job| {
+        self.start_film(ctx, move |job| {
             let frame = |i: u32| {
                 let view = [f64::from(azimuth(start, i, settings)), f64::from(start.elevation)];
                 let image = picture(&scene, glass, view, [settings.side; 2], job)?;
@@ -162,28 +167,35 @@ impl Export {
             }
             ctx.request_repaint();
         }
-        self.worker.poll()
+        let mut files = self.films.poll();
+        files.extend(self.pictures.poll());
+        files
     }
 
-    /// Gives up what is being saved.
+    /// Gives up the turntable that is being made.
     pub fn cancel(&mut self) {
         self.reel = None;
-        self.worker.cancel();
+        self.films.cancel();
+    }
+
+    /// Whether a turntable is being made.
+    pub fn is_filming(&self) -> bool {
+        self.films.is_running()
     }
 
     /// Whether something is being saved.
     pub fn is_running(&self) -> bool {
-        self.worker.is_running()
+        self.films.is_running() || self.pictures.is_running()
     }
 
-    /// The fraction done.
+    /// The fraction of the turntable that is done.
     pub fn progress(&self) -> f32 {
-        self.worker.progress()
+        self.films.progress()
     }
 
     /// What went wrong.
     pub fn error(&self) -> Option<&str> {
-        self.worker.error()
+        self.films.error().or_else(|| self.pictures.error())
     }
 }
 

@@ -119,6 +119,11 @@ impl Viewport {
         }
     }
 
+    /// Goes on with what is being saved, whether the viewport is drawn or not.
+    pub fn go_on(&mut self, ctx: &egui::Context) -> Vec<ViewAction> {
+        self.export.update(ctx, &self.stage)
+    }
+
     /// Draws the viewport into all of `ui`.
     pub fn ui(&mut self, ui: &mut Ui, scene: &Scene<'_>) -> Vec<ViewAction> {
         self.main.update(scene.main);
@@ -215,7 +220,7 @@ impl Viewport {
                 }
             }
         }
-        let running = self.export.is_running();
+        let running = self.export.is_filming();
         ask.or(toolbar::save(ui, &mut self.export.settings, show != Show::Slice, running))
     }
 
@@ -227,7 +232,7 @@ impl Viewport {
         show: Show,
         ask: Option<Ask>,
     ) -> Vec<ViewAction> {
-        let mut actions = self.export.update(ui.ctx(), &self.stage);
+        let mut actions = Vec::new();
         let drawn = matches!(content, Content::Images(_) | Content::Body(_) | Content::Mesh(_));
         let flat = show == Show::Slice;
         self.objects.rest_but((drawn && !flat).then_some(show));
@@ -267,7 +272,7 @@ impl Viewport {
             Some(Ask::CancelExport) => self.export.cancel(),
             _ => {}
         }
-        if self.export.is_running() {
+        if self.export.is_filming() {
             let below = rect.translate(egui::vec2(0.0, 26.0));
             marks::working(ui, below, "exporting", self.export.progress());
         }

@@ -141,15 +141,18 @@ pub fn save(ui: &mut Ui, settings: &mut TurnSettings, can_turn: bool, running: b
             ui.add(Slider::new(&mut settings.frames, 8..=240).text("Frames"));
             ui.add(Slider::new(&mut settings.side, 128..=1024).text("Pixels"));
             ui.add(Slider::new(&mut settings.seconds, 1.0..=20.0).suffix(" s").text("A turn"));
-            ui.horizontal(|ui| {
-                if ui.button("Turntable (GIF)").clicked() {
-                    ask = Some(Ask::Turntable(Film::Gif));
-                    ui.close();
-                }
-                if ui.button("Turntable (PNG sequence)").clicked() {
-                    ask = Some(Ask::Turntable(Film::Pngs));
-                    ui.close();
-                }
+            // Another one would put an end to the first.
+            ui.add_enabled_ui(!running, |ui| {
+                ui.horizontal(|ui| {
+                    if ui.button("Turntable (GIF)").clicked() {
+                        ask = Some(Ask::Turntable(Film::Gif));
+                        ui.close();
+                    }
+                    if ui.button("Turntable (PNG sequence)").clicked() {
+                        ask = Some(Ask::Turntable(Film::Pngs));
+                        ui.close();
+                    }
+                })
             });
         });
     })

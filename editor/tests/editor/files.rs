@@ -212,3 +212,41 @@ fn a_typed_path_replaces_nothing_unasked_and_escape_gives_it_up() {
     assert!(desk.harness.query_by_label("Replace it").is_some());
     assert_eq!(std::fs::read(&there).expect("a file"), b"of somebody");
 }
+
+#[test]
+fn typed_paths_are_asked_for_one_after_the_other() {
+    let mut desk = still(Some("lazy_slice"));
+    command(&mut desk, Command::SaveAs);
+    command(&mut desk, Command::ExportBundle);
+    desk.frames(2);
+    assert!(desk.harness.query_by_label("Save the graph").is_some());
+    assert!(desk.harness.query_by_label("Export a bundle").is_none());
+    desk.harness.key_press(Key::Escape);
+    desk.frames(3);
+    assert!(desk.harness.query_by_label("Save the graph").is_none());
+    assert!(desk.harness.query_by_label("Export a bundle").is_some());
+}
+
+#[test]
+fn work_that_is_done_while_a_bundle_is_unpacked_is_asked_about() {
+    let mut desk = still(Some("lazy_slice"));
+    let bundle = desk.folder.path().join("bundle.zip");
+    desk.answers.borrow_mut().push_back(bundle.clone());
+    command(&mut desk, Command::ExportBundle);
+    let limit = std::time::Instant::now() + std::time::Duration::from_secs(60);
+    while !bundle.exists() {
+        assert!(std::time::Instant::now() < limit, "no bundle");
+        desk.frames(1);
+    }
+    act(&mut desk, Action::OpenPath(bundle));
+    act(&mut desk, Action::Title("work".into()));
+    let asked = |desk: &Desk| desk.harness.query_by_label("Go on without saving").is_some();
+    while !asked(&desk) {
+        assert!(std::time::Instant::now() < limit, "nobody asks");
+        desk.frames(1);
+    }
+    assert_eq!(desk.app().project().state().document.title, "work");
+    desk.harness.get_by_label("Go on without saving").click();
+    desk.frames(3);
+    assert_ne!(desk.app().project().state().document.title, "work");
+}

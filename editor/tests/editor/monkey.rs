@@ -104,7 +104,12 @@ fn action(dice: &mut Dice, desk: &mut Desk, types: &[String]) -> Option<Action> 
             };
             Action::Add { kind, at: dice.place(), joint }
         }
-        3..=5 => Action::Connect(pin(dice, &nodes)?, pin(dice, &nodes)?),
+        3 | 4 => Action::Connect(pin(dice, &nodes)?, pin(dice, &nodes)?),
+        5 => Action::Reconnect {
+            link: dice.one(&links)?.clone(),
+            from: pin(dice, &nodes)?,
+            to: pin(dice, &nodes)?,
+        },
         6 => Action::Disconnect(vec![dice.one(&links)?.clone()]),
         7 | 8 => Action::Select(Selection {
             nodes: some(dice),

@@ -44,8 +44,14 @@ pub fn has_adapter() -> bool {
 pub fn open(graph: Option<&str>, drawn: bool) -> Desk {
     let folder = tempfile::tempdir().expect("a folder");
     let answers = Answers::default();
-    let settings =
-        Settings { threads: 2, cache: None, state: Some(folder.path().join("state")), ..Settings::default() };
+    let settings = Settings {
+        threads: 2,
+        // Tests that run beside each other in one process share its memory.
+        memory: u64::MAX,
+        cache: None,
+        state: Some(folder.path().join("state")),
+        ..Settings::default()
+    };
     let picker = Box::new(Prepared(Rc::clone(&answers)));
     let builder = Harness::builder()
         .with_size([1280.0, 720.0])

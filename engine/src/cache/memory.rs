@@ -24,6 +24,12 @@ impl MemoryCache {
         Self { budget, entries: HashMap::new(), by_use: BTreeMap::new(), clock: 0 }
     }
 
+    /// Keeps values up to another number of bytes from now on.
+    pub fn set_budget(&mut self, budget: u64) {
+        self.budget = budget;
+        self.trim();
+    }
+
     pub fn contains(&self, id: &Digest) -> bool {
         self.entries.contains_key(id)
     }

@@ -161,6 +161,10 @@ impl Cache {
         lock(&self.values).trim();
     }
 
+    pub fn set_memory(&self, budget: u64) {
+        lock(&self.values).set_budget(budget);
+    }
+
     pub fn memory_usage(&self) -> (usize, u64) {
         let values = lock(&self.values);
         (values.len(), values.bytes())
