@@ -58,6 +58,10 @@ fn main() -> ExitCode {
         options,
         Box::new(move |creation| {
             let window = Window::new(creation, settings, Box::new(NativePicker), graph.as_deref())?;
+            // A surface that converts colours would clear with another one.
+            if creation.wgpu_render_state.as_ref().is_some_and(|render| !render.target_format.is_srgb()) {
+                breccia_editor::theme::leave_panels(&creation.egui_ctx);
+            }
             Ok(Box::new(window))
         }),
     );

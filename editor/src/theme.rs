@@ -164,3 +164,16 @@ pub fn install(ctx: &Context) {
         ctx.style_mut_of(theme, |style| style.visuals.weak_text_color = Some(weak));
     }
 }
+
+/// The colour that panels have, and the window before anything is drawn.
+pub fn panel(is_dark: bool) -> Color32 {
+    if is_dark { Visuals::dark().panel_fill } else { Visuals::light().panel_fill }
+}
+
+/// Leaves panels unpainted, for a window that is cleared with their colour: a third fewer pixels in every frame, which counts where
+/// software draws them.
+pub fn leave_panels(ctx: &Context) {
+    for theme in [Theme::Dark, Theme::Light] {
+        ctx.style_mut_of(theme, |style| style.visuals.panel_fill = Color32::TRANSPARENT);
+    }
+}

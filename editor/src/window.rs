@@ -42,6 +42,10 @@ impl eframe::App for Window {
         self.0.ui(ui);
     }
 
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        crate::theme::panel(visuals.dark_mode).to_normalized_gamma_f32()
+    }
+
     fn save(&mut self, storage: &mut dyn eframe::Storage) {
         storage.set_string(HABITS, self.0.habits());
     }
