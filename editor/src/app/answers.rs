@@ -46,7 +46,7 @@ impl App {
 
     /// Takes in the answers of dialogs and of files that were being written. What would ask something waits while another question stands.
     pub(super) fn take_answers(&mut self, ctx: &Context) {
-        while self.replacing.is_none() {
+        while !self.is_asking() {
             let Some((want, path, after)) = self.next_answer() else { break };
             match path {
                 // The dialog asked whether this file may be replaced, not the one that its name stands for, nor those in a folder.
@@ -75,7 +75,7 @@ impl App {
             match done {
                 Done::Say(text) => self.say(text),
                 Done::Open(..) if self.question.is_some() => self.done.push(done),
-                Done::Open(path, open) if open == self.what_is_open() => self.open_path(&path),
+                Done::Open(path, version) if version == self.version() => self.open_path(&path),
                 // Somebody went on working meanwhile.
                 Done::Open(path, _) => self.leave_document(After::Open(path), ctx),
             }
@@ -83,6 +83,11 @@ impl App {
         if !self.picking.is_empty() || !self.working.is_empty() {
             ctx.request_repaint_after(Duration::from_millis(100));
         }
+    }
+
+    /// Whether the user is being asked something that another question must not take the place of.
+    pub(super) fn is_asking(&self) -> bool {
+        self.question.as_ref().is_some_and(|question| *question != Question::Changed)
     }
 
     /// The next answer of a dialog, with how long it took.

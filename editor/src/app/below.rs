@@ -69,7 +69,7 @@ impl App {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let (values, bytes) = self.runner.engine().memory_usage();
                 ui.weak(format!("{values} results, {}", crate::canvas::bytes(bytes)))
-                    .on_hover_text(self.told_of_memory());
+                    .on_hover_ui(|ui| drop(ui.label(self.told_of_memory())));
                 if let Some(device) = &self.board.device {
                     ui.weak("device").on_hover_text(device);
                 }
@@ -94,8 +94,8 @@ impl App {
     /// Questions. They stand above the canvas and keep nobody from going on.
     pub(super) fn notices(&mut self, ui: &mut Ui, actions: &mut Vec<Action>, ctx: &Context) {
         // A file that changes by itself takes the keyboard from nobody, and no question from who is typing.
-        let asks = self.question.as_ref().is_some_and(|question| *question != Question::Changed);
-        let fresh = self.open.appears(Appearing::Question, asks) && !ctx.text_edit_focused();
+        let asking = self.is_asking();
+        let fresh = self.open.appears(Appearing::Question, asking) && !ctx.text_edit_focused();
         let Some(question) = self.question.clone() else { return };
         // The answer that the keyboard goes to first does nothing: a key that is held a little too long, or meant for something else, does no harm.
         let harmless = |response: Response| {

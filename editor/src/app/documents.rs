@@ -11,7 +11,7 @@ use crate::model::{Project, State, text_of};
 
 /// A document in one of its states.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) struct Open {
+pub(super) struct Version {
     /// How many documents were opened before.
     document: u64,
     revision: u64,
@@ -22,7 +22,7 @@ pub(super) enum Done {
     /// Something to say.
     Say(String),
     /// A graph to open, and what was open when it was asked for.
-    Open(PathBuf, Open),
+    Open(PathBuf, Version),
 }
 
 impl App {
@@ -261,13 +261,13 @@ impl App {
     }
 
     /// What is open, to be compared with what is open later.
-    pub(super) fn what_is_open(&self) -> Open {
-        Open { document: self.documents, revision: self.project.revision() }
+    pub(super) fn version(&self) -> Version {
+        Version { document: self.documents, revision: self.project.revision() }
     }
 
     fn import(&mut self, path: &Path) {
         let path = path.to_owned();
-        let open = self.what_is_open();
+        let version = self.version();
         self.say(format!("Unpacking {}", path.display()));
         self.work(move || {
             let read = std::fs::read(&path).map_err(|error| error.to_string());
@@ -275,7 +275,7 @@ impl App {
             match read.and_then(|bytes| {
                 crate::files::bundle::import(&bytes, &into).map_err(|error| error.to_string())
             }) {
-                Ok(graph) => Done::Open(graph, open),
+                Ok(graph) => Done::Open(graph, version),
                 Err(reason) => Done::Say(format!("{} cannot be unpacked: {reason}", path.display())),
             }
         });

@@ -59,7 +59,7 @@ impl App {
         }
         // Before the key means anything else.
         if !self.path_sheets.is_empty()
-            && self.replacing.is_none()
+            && !self.is_asking()
             && ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::Escape))
         {
             self.give_up_path();
@@ -130,7 +130,6 @@ impl App {
             self.open.shortcuts = false;
             self.open.tour = false;
             self.open.gallery = false;
-            self.open.later = true;
             self.stay();
         }
         actions

@@ -55,7 +55,8 @@ impl App {
     /// Draws the question for a path, if there is one.
     pub(super) fn path_sheet(&mut self, ctx: &Context) {
         // One question after the other: the last path may have to be asked about first.
-        let Some(sheet) = self.path_sheets.front_mut().filter(|_| self.replacing.is_none()) else { return };
+        let asking = self.is_asking();
+        let Some(sheet) = self.path_sheets.front_mut().filter(|_| !asking) else { return };
         let (mut open, mut done, mut cancelled) = (true, false, false);
         let window =
             egui::Window::new(sheet.title()).id(egui::Id::new("path")).collapsible(false).resizable(false);

@@ -196,17 +196,12 @@ impl App {
             return;
         }
         let link = link(from, to);
-        let before = self.project.state().clone();
         let name = if instead.is_some() { "Reconnect" } else { "Connect" };
-        let result = self.project.edit(name, None, |state| {
+        let result = self.project.try_edit(name, |state| {
             if let Some(old) = instead {
                 model::disconnect(state, &at, &[old.to_owned()]);
             }
-            let result = model::connect(state, &at, &link, input.arity);
-            if result.is_err() {
-                *state = before;
-            }
-            result
+            model::connect(state, &at, &link, input.arity)
         });
         if let Err(refusal) = result {
             self.say(refusal.reason);
@@ -228,13 +223,8 @@ impl App {
         if !fits {
             return;
         }
-        let before = self.project.state().clone();
-        let result = self.project.edit("Insert into link", None, |state| {
-            let result = model::insert_on_link(state, &at, link, node, &shape, &output.ty, input.arity);
-            if result.is_err() {
-                *state = before;
-            }
-            result
+        let result = self.project.try_edit("Insert into link", |state| {
+            model::insert_on_link(state, &at, link, node, &shape, &output.ty, input.arity)
         });
         if let Err(refusal) = result {
             self.say(refusal.reason);

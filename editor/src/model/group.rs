@@ -17,9 +17,8 @@ use super::state::State;
 /// The size of a node that nobody has drawn yet.
 const USUAL: [i32; 2] = [184, 120];
 
-/// Makes nodes a group of their own, with what lies between them, for which one node stands. Nodes that read the graph's input files stay outside. `ty` tells the type
-/// of an output, `shape` what nodes look like, `size` how large they are.
-/// Returns the new node's name.
+/// Makes nodes a group of their own, with what lies between them, for which one node stands. Nodes that read the graph's input files stay
+/// outside. `shape` tells what nodes look like, `size` how large they are. Returns the new node's name.
 pub fn group(
     state: &mut State,
     at: &Address,

@@ -53,6 +53,25 @@ impl Project {
         answer
     }
 
+    /// Does something that may not be possible, as one step under a name; if it is not, all stays as it was.
+    ///
+    /// # Errors
+    /// Those of the change.
+    pub fn try_edit<T, E>(
+        &mut self,
+        name: &str,
+        change: impl FnOnce(&mut State) -> Result<T, E>,
+    ) -> Result<T, E> {
+        self.edit(name, None, |state| {
+            let before = state.clone();
+            let answer = change(state);
+            if answer.is_err() {
+                *state = before;
+            }
+            answer
+        })
+    }
+
     /// Changes what is no step of its own: places of nodes that had none.
     pub fn settle(&mut self, change: impl FnOnce(&mut State)) {
         change(&mut self.state);

@@ -11,12 +11,7 @@ use breccia_graphs::asset;
 use eframe::egui::{DroppedFile, HoveredFile, Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 
-use super::window::{Desk, open};
-
-fn command(desk: &mut Desk, command: Command) {
-    act(desk, Action::Command(command));
-    desk.frames(2);
-}
+use super::window::{Desk, command, open};
 
 fn act(desk: &mut Desk, action: Action) {
     let ctx = desk.harness.ctx.clone();

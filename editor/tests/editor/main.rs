@@ -3,4 +3,5 @@
 mod driving;
 mod files;
 mod monkey;
+mod steps;
 mod window;

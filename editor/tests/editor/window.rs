@@ -7,7 +7,9 @@ use std::rc::Rc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
+use breccia_editor::action::Action;
 use breccia_editor::app::{App, Picker, Settings, Want};
+use breccia_editor::command::Command;
 use breccia_editor::window::{Window, wgpu_options};
 use egui_kittest::Harness;
 
@@ -61,6 +63,13 @@ pub fn open(graph: Option<&str>, drawn: bool) -> Desk {
     let harness =
         builder.build_eframe(|creation| Window::new(creation, settings, picker, graph).expect("a window"));
     Desk { harness, answers, folder }
+}
+
+/// Gives a command, and draws what comes of it.
+pub fn command(desk: &mut Desk, command: Command) {
+    let ctx = desk.harness.ctx.clone();
+    desk.app().act(Action::Command(command), &ctx);
+    desk.frames(2);
 }
 
 impl Desk {
